@@ -12,8 +12,8 @@ constexpr std::size_t kLongestName = 60;  // that is quoted in full [bytes]
 
 constexpr std::size_t kMostNames = 8;  // of a list in a message
 
-/// Edits that make b of a: a character put in, left out or replaced, or two neighbours exchanged (optimal
-/// string alignment).
+/// Edits that make b of a: a character put in, left out or replaced, or two neighbours exchanged
+/// (optimal string alignment).
 std::size_t EditDistance(const std::string& a, const std::string& b) {
   std::vector<std::size_t> before, last,
       row(b.size() + 1);  // of a's beginnings of i − 2, i − 1 and i

@@ -20,7 +20,7 @@ std::string NearestName(const std::string& name, const std::vector<std::string>&
 bool IsMisspelt(const std::string& name, const std::string& meant, std::size_t edits);
 
 /// "unknown model 'sft_biped'; did you mean 'soft_biped'?": the message for a name that does not
-/// exist. Where no other is like it: "unknown model 'walker'; there are 'puck', 'chair' and 24 more".
+/// exist. Where no other is like it: "unknown model 'walker'; there are 'puck' and 25 more".
 std::string UnknownName(const std::string& kind, const std::string& name,
                         const std::vector<std::string>& valid);
 

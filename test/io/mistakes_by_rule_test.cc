@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Every key of a robot's YAML misspelt, and every value replaced, one at a time: the answer has the line, what is
-// written there, and what may be.
+// Every key of a robot's YAML misspelt, and every value replaced, one at a time: the answer has the
+// line, what is written there, and what may be.
 #include <gtest/gtest.h>
 
 #include <regex>
