@@ -178,7 +178,7 @@ YAML::Node ParseYaml(const std::string& text) {
   return document;
 }
 
-/// Inputs that the YAML lists, so many, are all there are: what efforts have beside them follows.
+/// Refuses inputs of efforts that are not among the `declared` ones of the YAML, which come first.
 void CheckInputs(const RobotDescription& robot, std::size_t declared) {
   if (robot.inputs.size() == declared) return;
   const std::vector<std::string> names(robot.inputs.begin(), robot.inputs.begin() + declared);

@@ -124,8 +124,8 @@ TEST_F(PressedBack, ResetHasTheDerivativeOfItsVelocity) {
   }
 }
 
-/// Three tips, the first of which moves the second by 0.01 of its impulse, and the third by `third`;
-/// the second and the third move each other by `between`, and the third falls at `pull` [m/s²].
+/// Three tips: an impulse of the first moves the second by 0.01 and the third by `third` [1/kg], the
+/// second and the third move each other by `between`, and the third falls at `pull` [m/s²].
 std::unique_ptr<MechanicalSystem> CoupledTips(double third, double between, double pull) {
   Matrix reach = Matrix::Identity(6, 6);  // of x0, z0, x1, z1, x2, z2
   reach(1, 3) = reach(3, 1) = 0.01;
@@ -155,7 +155,8 @@ TEST(PressedBackOfTips, OneThatRestsPressesAnother) {
 }
 
 /// The second tip is thrown up for 1e-5 s by the landing of the first, and rests meanwhile. What
-/// lands in that time, as the third, would find it above the floor: that is told, and no derivative is given.
+/// lands in that time, as the third, would find it above the floor: that is told, and there is no
+/// derivative of it.
 TEST(PressedBackOfTips, OneThatIsHitBeforeItWouldBeBackIsTold) {
   const auto tips = CoupledTips(0, -0.3, 10);
   for (const double later : {3e-6, 3e-5}) {  // [s]
