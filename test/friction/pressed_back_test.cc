@@ -124,8 +124,8 @@ TEST_F(PressedBack, ResetHasTheDerivativeOfItsVelocity) {
   }
 }
 
-/// Three tips: an impulse on the first moves the second by 0.01 and the third by `third` [1/kg], one
-/// on the second the third by `between`; the third falls at `pull` [m/s²].
+/// Three tips: an impulse on the first moves the second by 0.01, the third by `third` [1/kg]; one
+/// on the second moves the third by `between`; the third falls at `pull` [m/s²].
 std::unique_ptr<MechanicalSystem> CoupledTips(double third, double between, double pull) {
   Matrix reach = Matrix::Identity(6, 6);  // of x0, z0, x1, z1, x2, z2
   reach(1, 3) = reach(3, 1) = 0.01;
