@@ -71,8 +71,12 @@ void EventLocator::FindForceFloors() {
       floors_(g) = rounding(gain_(i)) + quiet(gain_(i));
       continue;
     }
-    // A cone is a sum of λ_n times μ and of λ_t; what is beyond it moves the slip.
-    double tangential = gain_.segment(friction.row, friction.dimension).minCoeff();
+    // A cone is a sum of λ_n times μ and of λ_t; what is beyond it moves the slip. The guard of forces
+    // that are shared may be that of a contact without friction.
+    double tangential = 0;
+    if (friction.dimension > 0) {
+      tangential = gain_.segment(friction.row, friction.dimension).minCoeff();
+    }
     if (!(tangential > 0)) tangential = gain_(i);
     floors_(g) =
         friction.coefficient * rounding(gain_(i)) + rounding(tangential) + quiet(tangential);

@@ -136,7 +136,9 @@ TEST(LongRun, TwoHoursOfHopping) {
   // Each step may be wrong by 1e-9 in the state, and by about 10 N times that in energy.
   EXPECT_LT(std::abs(gap), 1e-8 * static_cast<double>(run.statistics().steps));
   EXPECT_LT(std::abs(gap) / throughput, 1e-7);
+#ifndef CONTACT_FLOW_SANITIZED  // which keeps for a while what is freed
   EXPECT_LT(memory, 1 << 20);
+#endif
 }
 
 }  // namespace
