@@ -47,7 +47,7 @@ struct NominalRun {
 struct Friction {
   static constexpr double kNoSlip = std::numeric_limits<double>::infinity();  ///< it never slips
   double coefficient = 0;  ///< μ ≥ 0; kNoSlip: the contact never slips
-  int row = -1;            ///< of T in ConstraintTerms, the first; −1: no friction
+  int row = 0;             ///< of T in ConstraintTerms, the first; 0 without friction
   int dimension = 0;       ///< rows: 1 in the plane, 2 in space, 0 without friction
 };
 

@@ -22,7 +22,7 @@ void RobotSystem::DescribeFriction() {
   for (int i = 0; i < num_constraints(); ++i) {
     const ConstraintElement& element = constraint(i);
     const double coefficient = element.no_slip ? Friction::kNoSlip : element.friction.value;
-    friction_.push_back({coefficient, slip_rows_[i], element.slip.rows});
+    friction_.push_back({coefficient, std::max(slip_rows_[i], 0), element.slip.rows});
   }
 }
 
