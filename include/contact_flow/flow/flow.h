@@ -232,7 +232,7 @@ class Flow {
   std::vector<Warning> warnings_;
   long num_warnings_ = 0;
   ConstraintSet shared_, springs_;  // warned of
-  ConstraintSet held_down_;         // at the last transition: they would be up until then
+  ConstraintSet held_down_;         // by transitions: they would be up until then
   double held_until_ = 0;           // [s]
   ImpliedGaps implied_;  // touching constraints that mode_ implies: no guards on this arc
   int stalls_ = 0;       // transitions in a row without time between them
