@@ -71,8 +71,8 @@ void EventLocator::FindForceFloors() {
       floors_(g) = rounding(gain_(i)) + quiet(gain_(i));
       continue;
     }
-    // A cone is a sum of λ_n times μ and of λ_t; what is beyond it moves the slip. The guard of forces
-    // that are shared may be that of a contact without friction.
+    // A cone is a sum of λ_n times μ and of λ_t; what is beyond it moves the slip. The guard of
+    // forces that are shared may be that of a contact without friction.
     double tangential = 0;
     if (friction.dimension > 0) {
       tangential = gain_.segment(friction.row, friction.dimension).minCoeff();
