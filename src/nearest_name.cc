@@ -9,14 +9,13 @@ namespace contact_flow {
 namespace {
 
 constexpr std::size_t kLongestName = 60;  // that is quoted in full [bytes]
-
-constexpr std::size_t kMostNames = 8;  // of a list in a message
+constexpr std::size_t kMostNames = 8;     // of a list in a message
 
 /// Edits that make b of a: a character put in, left out or replaced, or two neighbours exchanged
 /// (optimal string alignment).
 std::size_t EditDistance(const std::string& a, const std::string& b) {
-  std::vector<std::size_t> before, last,
-      row(b.size() + 1);  // of a's beginnings of i − 2, i − 1 and i
+  // Distances of the beginnings of b from those of a: of its first i − 2, i − 1 and i characters.
+  std::vector<std::size_t> before, last, row(b.size() + 1);
   std::iota(row.begin(), row.end(), std::size_t{0});
   for (std::size_t i = 1; i <= a.size(); ++i) {
     before = std::move(last);

@@ -188,9 +188,9 @@ void CheckInputs(const RobotDescription& robot, std::size_t declared) {
     if (std::find(inputs.begin(), inputs.end(), static_cast<int>(declared)) == inputs.end())
       continue;
     throw std::invalid_argument("efforts/" + effort->parts.name + ": " + unknown +
-                                " Else add it to `inputs`" + effort->parts.where);
+                                "; else add it to `inputs`" + effort->parts.where);
   }
-  throw std::invalid_argument(unknown + " Else add it to `inputs`");
+  throw std::invalid_argument(unknown + "; else add it to `inputs`");
 }
 
 RobotModel ReadRobotModel(const std::string& urdf, const YAML::Node& document) {
