@@ -24,7 +24,7 @@ TEST(GuardGradients, AreThoseOfTheValues) {
   const Guards guards(*system);
   Vector x(2 * d);
   for (int k = 0; k < 2 * d; ++k) x(k) = 0.3 + 0.1 * k - 0.02 * k * k;
-  for (const ContactMode mode :
+  for (const ContactMode& mode :
        {Word(Letter::kSlip, Letter::kSlip), Word(Letter::kStick, Letter::kSlip),
         Word(Letter::kOpen, Letter::kStick), Word(Letter::kOpen, Letter::kOpen)}) {
     const ConstraintSet known = guards.OfForces(mode, {}) | guards.OfSlips(mode) |
