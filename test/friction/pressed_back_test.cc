@@ -176,7 +176,7 @@ TEST(PressedBackOfTips, OneThatIsHitBeforeItWouldBeBackIsTold) {
         });
     EXPECT_EQ(later < 1e-5, told);
     const BDerivative B = DifferentiateOutcome(*tips, run);
-    EXPECT_EQ(later < 1e-5, B.status.code == Outcome::kDiscontinuous) << B.status.message;
+    EXPECT_EQ(later < 1e-5, B.status.outcome == Outcome::kDiscontinuous) << B.status.message;
   }
 }
 
