@@ -161,13 +161,13 @@ TEST(PressedBackOfTips, OneThatIsHitBeforeItWouldBeBackIsTold) {
   const auto tips = CoupledTips(0, -0.3, 10);
   for (const double later : {3e-6, 3e-5}) {  // [s]
     Vector x = Vector::Zero(12);
-    x(1) = 1e-6;  // above the floor
+    x(1) = 1e-7;  // above the floor
     x(7) = x(11) = -5e-3;
     x(5) = x(1) + 5e-3 * later;
     const Trajectory run = Simulate(*tips, x, Vector(), 1e-3);
     ASSERT_TRUE(run.status.ok()) << run.status.message;
     ASSERT_EQ(2u, run.transitions.size());
-    EXPECT_NEAR(later, run.transitions[1].t - run.transitions[0].t, 1e-6);
+    EXPECT_NEAR(later, run.transitions[1].t - run.transitions[0].t, 0.2 * later);
     const bool told =
         std::any_of(run.warnings.begin(), run.warnings.end(), [](const Warning& warning) {
           return warning.code == Outcome::kDiscontinuous &&
