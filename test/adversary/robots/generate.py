@@ -21,20 +21,24 @@ class Draft:
         """The YAML, as JSON, which is YAML, too."""
         return json.dumps(self.yaml)
 
+    def copy(self) -> "Draft":
+        """One that shares nothing with it."""
+        return Draft(self.urdf, json.loads(self.text()), self.duration)
+
     def in_masses(self, unit: float) -> "Draft":
         """The same robot where 1 kg has the number `unit`: it moves as before. A power of two rounds nothing."""
         def scaled(match: Any) -> str:
             return f'{match[1]}="{float(match[2]) * unit!r}"'
 
-        urdf = re.sub(r'(mass value|\bi[xyz][xyz]|friction)="([^"]*)"', scaled, self.urdf)
-        yaml = json.loads(self.text())
-        for effort in yaml["efforts"].values():
+        other = self.copy()
+        other.urdf = re.sub(r'(mass value|\bi[xyz][xyz]|friction)="([^"]*)"', scaled, self.urdf)
+        for effort in other.yaml["efforts"].values():
             for key in ("stiffness", "damping", "limit", "linear", "quadratic"):
                 if key in effort:
                     effort[key] *= unit
             if "force" in effort:
                 effort["force"] = [force * unit for force in effort["force"]]
-        return Draft(urdf, yaml, self.duration)
+        return other
 
 
 def _numbers(values: Any) -> str:
