@@ -3,12 +3,40 @@
 
 #include <Eigen/QR>
 #include <cmath>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
 #include "robot_scratch.h"
 
 namespace contact_flow {
+namespace {
+
+/// A nominal state below a surface, or beyond a stop, is no start; others may be. Depths of
+/// rounding, as below gap_tolerance, are none.
+void WarnOfPenetration(const RobotSystem& system, RobotDescription* robot) {
+  constexpr double kTouches = 1e-9;
+  ConstraintTerms terms;
+  const Vector& x = system.nominal().x;
+  system.Constraints(x.head(system.num_positions()), x.tail(system.dof()), &terms);
+  int deepest = -1, count = 0;
+  for (int i = 0; i < system.num_constraints(); ++i) {
+    if (system.compliant().Contains(i) || !(terms.gap(i) < -kTouches)) continue;
+    ++count;
+    if (deepest < 0 || terms.gap(i) < terms.gap(deepest)) deepest = i;
+  }
+  if (count == 0) return;
+  const ElementParts& parts = robot->constraints[deepest]->parts;
+  std::ostringstream warning;
+  warning << "the nominal state penetrates constraint '" << parts.name << "': its gap is "
+          << terms.gap(deepest);
+  if (count > 1) warning << ", and " << count - 1 << " others by less";
+  warning << parts.where << "; runs are refused to begin there: give `nominal` other positions, "
+          << "the constraint another place, or begin elsewhere";
+  robot->model.warnings.push_back(warning.str());
+}
+
+}  // namespace
 
 RobotSystem::RobotSystem(RobotDescription robot, const ParameterValues& values)
     : robot_(std::move(robot)) {
@@ -61,6 +89,7 @@ RobotSystem::RobotSystem(RobotDescription robot, const ParameterValues& values)
   DescribeKnots();
   nominal_ = robot_.nominal;
   CheckElements();
+  WarnOfPenetration(*this, &robot_);
 }
 
 RobotSystem::~RobotSystem() = default;
