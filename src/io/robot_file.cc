@@ -16,7 +16,8 @@
 namespace contact_flow {
 namespace {
 
-void ReadConstraints(const YAML::Node& map, RobotDescription* robot) {
+/// The constraints of a map; `where`, the line that asks for them, of those that were made.
+void ReadConstraints(const YAML::Node& map, const std::string& where, RobotDescription* robot) {
   ForEach(map, "constraints", [&](const std::string& name, MapReader* reader) {
     for (const auto& other : robot->constraints) {
       if (other->parts.name != name) continue;
@@ -27,7 +28,7 @@ void ReadConstraints(const YAML::Node& map, RobotDescription* robot) {
     const std::string kind = ReadKind(reader, ConstraintKinds());
     std::unique_ptr<ConstraintElement> element = MakeConstraint(kind);
     element->parts.name = name;
-    element->parts.where = reader->Line("");
+    element->parts.where = where.empty() ? reader->Line("") : where;
     YamlFields fields(robot->model, reader, &robot->inputs, &element->parts);
     ReadConstraint(kind, &fields);
     if (kind == "stairs") CheckStairs(element->parts, *reader);
@@ -251,10 +252,10 @@ RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
   const std::size_t declared = robot.inputs.size();
   CheckSoledLinks(document["soles"], document["constraints"]);
   CheckSoles(document, robot.model);
-  ReadConstraints(reader.Child("constraints"), &robot);
+  ReadConstraints(reader.Child("constraints"), "", &robot);
   const MadeContacts made = PlanContacts(document, folder, robot.model, joints.limited);
-  ReadConstraints(made.constraints, &robot);
-  ReadConstraints(joints.constraints, &robot);
+  ReadConstraints(made.constraints, reader.Line("contacts"), &robot);
+  ReadConstraints(joints.constraints, reader.Line("joints"), &robot);
   for (auto& brake : joints.brakes) robot.constraints.push_back(std::move(brake));
   ConstraintCounts counts{made.count, static_cast<int>(joints.constraints.size()),
                           static_cast<int>(joints.brakes.size()), 0};
