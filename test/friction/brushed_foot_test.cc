@@ -84,7 +84,9 @@ TEST(BrushedFoot, IsPressedOrComesBackByItsWeight) {
         const Vector quotient = (SlideToWall(*body, moved).FinalState() - run.FinalState()) / step;
         const double off = (quotient - B(w)).cwiseAbs().maxCoeff();
         EXPECT_LE(off, 20 * step) << "entry " << entry << ", sign " << sign << ", step " << step;
-        if (last > 0) EXPECT_LE(off, 0.5 * last);
+        if (last > 0) {
+          EXPECT_LE(off, 0.5 * last);
+        }
         last = off;
       }
     }
