@@ -57,8 +57,8 @@ class PythonClient(unittest.TestCase):
         np.testing.assert_array_equal(swept["final_state"].ravel(), answer.result.columns[0].values)
         self.assertEqual(swept.words, {word.name: word.count for word in answer.result.words})
         done = [feedback.done for feedback in told]   # what comes behind the result is not told
-        self.assertEqual(sorted(set(done)), done)
-        self.assertTrue(all(0 < number <= 700 for number in done), done)
+        self.assertEqual(sorted(done), done)  # a slow machine tells the same count again
+        self.assertTrue(all(0 <= number <= 700 for number in done), done)
         with self.assertRaisesRegex(contact_flow.ros.Refused, "body_pitch"):
             self.client.sweep(draws={"body_ptch": [0.1]})
         with self.assertRaisesRegex(ValueError, "no field 'run'"):
