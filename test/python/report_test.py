@@ -3,6 +3,7 @@
 """The report of a run: one file, complete, and right in a browser."""
 import html.parser
 import json
+import os
 import pathlib
 import re
 import shutil
@@ -148,6 +149,7 @@ class Report(unittest.TestCase):
                 done = subprocess.run(
                     [browser, "--headless", "--no-sandbox", *WEBGL, "--enable-logging=stderr",
                      "--virtual-time-budget=2000", "--dump-dom", path.as_uri()],
+                    env={name: value for name, value in os.environ.items() if name != "LD_PRELOAD"},  # of sanitizers
                     stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, timeout=120)
                 self.assertEqual([], [line for line in done.stderr.split("\n") if "CONSOLE" in line])
                 self.assertIn('data-ready="yes"', done.stdout)
