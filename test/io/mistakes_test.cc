@@ -117,6 +117,11 @@ TEST(Mistakes, OfTheYaml) {
        "link: foot}}",
        {"the nominal state penetrates constraint 'f': its gap is -0.2 (line 3); ", "`nominal`",
         "the gap of constraint 'f' is -0.2"}},
+      {u,
+       "base: floating\nnominal: {positions: {base_z: 0.3}}\nconstraints:\n"
+       "  f: {kind: plane, link: foot}\n  g: {kind: plane, link: foot, radius: 0.1}\n"
+       "  h: {kind: plane, link: body}",
+       {"constraint 'g': its gap is -0.3, the lowest of 2 below 0 (line 5); "}},
       {u, "base: floating\nnominal: {positions: {bas_z: 1}}", {"unknown key 'bas_z'", "'base_z'"}},
       {u, "base: floating\nnominal: {positions: {base_z: high}}", {"base_z is 'high'", "line 2"}},
       {u, "base: floating\nnominal: {positions: {base_qw: 0}}", {"quaternion", "length 0"}},

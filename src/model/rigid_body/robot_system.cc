@@ -30,7 +30,7 @@ void WarnOfPenetration(const RobotSystem& system, RobotDescription* robot) {
   std::ostringstream warning;
   warning << "the nominal state penetrates constraint '" << parts.name << "': its gap is "
           << terms.gap(deepest);
-  if (count > 1) warning << ", and " << count - 1 << " others by less";
+  if (count > 1) warning << ", the lowest of " << count << " below 0";
   warning << parts.where << "; runs are refused to begin there: give `nominal` other positions, "
           << "the constraint another place, or begin elsewhere";
   robot->model.warnings.push_back(warning.str());
