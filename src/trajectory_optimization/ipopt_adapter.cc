@@ -19,6 +19,10 @@ bool HaveIpopt() { return true; }
 
 namespace {
 
+// Those of Ipopt's interface, whose own names are deprecated since 3.14.
+using Index = int;
+using Number = double;
+
 constexpr double kNoBound = 2e19;  // what Ipopt takes for infinite is 1e19
 
 /// One search, with the last point that was looked at.
