@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""judge.py FIRST COUNT [SECONDS [JUDGE ...]]: holds random robots against runs beside them, which know nothing of
-derivatives, by all judges or by those named."""
+"""judge.py FIRST COUNT [SECONDS [trees|machines] [JUDGE ...]]: holds random robots against runs beside them, which know
+nothing of derivatives, by all judges or by those named."""
 import sys
 import time
 from collections import Counter
@@ -8,6 +8,8 @@ from typing import Callable, Dict, List
 
 import costs
 import directions
+import generate
+import machines
 import methods
 import parameters
 import symmetries
@@ -15,12 +17,14 @@ from trial import Trial, Verdict, begin
 
 JUDGES: Dict[str, Callable[[Trial], None]] = {
     module.__name__: module.judge for module in (directions, parameters, symmetries, costs, methods)}
+DRAW = {"trees": generate.draw, "machines": machines.draw}
 
 
 def main(words: List[str]) -> int:
     """Exit code 1 where something is contradicted."""
     first, count = int(words[0]), int(words[1])
     budget = float(words[2]) if len(words) > 2 else 1e9
+    draw = DRAW[words.pop(3)] if words[3:4] and words[3] in DRAW else generate.draw
     judges = words[3:] or list(JUDGES)
     unknown = [name for name in judges if name not in JUDGES]
     if unknown:
@@ -31,7 +35,7 @@ def main(words: List[str]) -> int:
         if time.process_time() - started > budget:
             break
         verdict = Verdict()
-        trial = begin(seed, verdict)
+        trial = begin(draw, seed, verdict)
         for name in judges if trial else ():
             JUDGES[name](trial)
         counts += verdict.counts

@@ -8,7 +8,7 @@ from typing import Any, Callable, List, Optional
 import numpy as np
 
 import contact_flow as cf
-from generate import Draft, draw
+from generate import Draft
 
 TOLERANCE = 1e-12
 OPTIONS = dict(relative_tolerance=TOLERANCE, absolute_tolerance=TOLERANCE, max_seconds=20)
@@ -63,8 +63,11 @@ def lowered(draft: Draft, rng: np.random.Generator) -> Optional[cf.Robot]:
         nominal["positions"]["base_z"] = 1.5
     robot = cf.Robot.from_strings(draft.urdf, draft.text())
     for name in robot.velocities:
-        if name != "clock":
+        moves = name in ("base_x", "base_y", "base_z") if draft.level else name != "clock" and "_pad" not in name
+        if moves:
             nominal["velocities"][name] = round(float(rng.normal(0, 0.7)), 4)
+    for joint, other, ratio in draft.coupled:
+        nominal["velocities"][joint] = ratio * nominal["velocities"][other]
     if draft.yaml["base"] == "fixed":  # the ground comes to the robot
         gaps = robot.gaps(robot.nominal.x[:robot.num_positions])
         for name, gap in zip(robot.constraints, gaps):
@@ -85,7 +88,7 @@ def lowered(draft: Draft, rng: np.random.Generator) -> Optional[cf.Robot]:
     return robot if min(gaps) > 1e-4 else None
 
 
-def begin(seed: int, verdict: Verdict) -> Optional[Trial]:
+def begin(draw: Callable[[int], Draft], seed: int, verdict: Verdict) -> Optional[Trial]:
     """The robot of this seed and its run; None, and a word in the counts, where there is none."""
     draft = draw(seed)
     try:
