@@ -126,11 +126,11 @@ class Pool:
         if not futures:
             return
         while futures:
-            while deadline < float("inf") and not done.has_ready():
-                if time.monotonic() > deadline:
-                    self.client.cancel(list(done.futures))
-                    return
+            while time.monotonic() <= deadline < float("inf") and not done.has_ready():
                 time.sleep(LOOK_EVERY)
+            if time.monotonic() > deadline:   # however many answers wait
+                self.client.cancel(list(done.futures))
+                return
             future = next(done)
             chunk = futures.pop(future.key)
             answer = answer_of(future)

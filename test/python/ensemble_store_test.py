@@ -278,6 +278,14 @@ class Workers(Folder):
         left = sum(count for _, _, count in cf.ensemble_store.Store.open(self.folder).missing())
         self.assertEqual(10 ** 7, ended.summary.runs + left)
 
+    def test_time_ends_though_answers_wait(self):
+        _, _, _, client = self.cluster()
+        # What is told of each takes longer than the workers need for the next ones.
+        ended = cf.Model("soft_biped").sweep(PITCH, 10 ** 7, seed=3, client=client, chunk=256, max_seconds_total=1,
+                                             progress=lambda *_: time.sleep(0.2), every=0, directory=self.folder)
+        self.assertEqual("budget exceeded", ended.status.outcome)
+        self.assertLess(ended.summary.runs, 10 ** 6)
+
     def test_other_bits_are_refused(self):
         _, _, _, client = self.cluster()
 
