@@ -11,6 +11,7 @@ import fcntl
 import json
 import os
 import shutil
+import warnings
 import zlib
 from typing import Any, Dict, List, Optional, Tuple
 
@@ -222,7 +223,9 @@ class Store:
 
     def columns(self) -> Dict[str, Any]:
         """The arrays, which read what is asked of them from the disk."""
-        return {name: array for name, array in self.group.arrays() if name != "tally"}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")   # Zarr 3 tells of the lock, which is no array
+            return {name: array for name, array in self.group.arrays() if name != "tally"}
 
 
 def open_sweep(folder: str, system: Optional[_core.System] = None) -> Any:
