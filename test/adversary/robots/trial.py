@@ -95,7 +95,7 @@ def begin(draw: Callable[[int], Draft], seed: int, verdict: Verdict) -> Optional
         robot = lowered(draft, np.random.default_rng([seed, 1]))
     except (ValueError, RuntimeError) as refusal:
         verdict.counts["robot refused"] += 1
-        honest = ("degenerate", "do not move", "cannot have friction")
+        honest = ("degenerate", "do not move", "cannot have friction", "moves out of the plane")
         if not any(words in str(refusal) for words in honest):
             verdict.contradictions.append(f"refused: {refusal}")
         return None
