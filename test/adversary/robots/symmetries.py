@@ -110,7 +110,11 @@ def try_lanes(trial: Trial) -> None:
         trial.verdict.counts["lanes refused"] += 1  # a start below the ground
         return
     for k, state in enumerate(states):
-        alone = robot.simulate(state, trial.draft.duration, **options)
+        try:
+            alone = robot.simulate(state, trial.draft.duration, **options)
+        except ValueError as refusal:  # a gear that does not mesh
+            trial.verdict.weigh("lanes", batch.outcome[k] == "refused", f"state {k} alone: {refusal}")
+            continue
         if alone.status.ok:
             same = bool(np.array_equal(alone.final_state, batch.final_state[k]))
             trial.verdict.weigh("lanes", same, f"state {k}")
