@@ -17,7 +17,7 @@ class Draft:
     yaml: Dict[str, Any]
     duration: float
     level: bool = False  # it falls without turning, its joints at rest
-    coupled: List[Tuple[str, str, float]] = field(default_factory=list)  # joints, the first with so much of the other's speed
+    coupled: List[Tuple[str, str, float]] = field(default_factory=list)  # a joint has the other's speed, times the number
 
     def text(self) -> str:
         """The YAML, as JSON, which is YAML, too."""
@@ -35,7 +35,8 @@ class Draft:
         other = self.copy()
         other.urdf = re.sub(r'(mass value|\bi[xyz][xyz]|friction)="([^"]*)"', scaled, self.urdf)
         for effort in [*other.yaml["efforts"].values(), *other.yaml.get("soles", {}).values()]:
-            for key in ("stiffness", "damping", "turn_stiffness", "turn_damping", "limit", "stall", "linear", "quadratic", "mass"):
+            for key in ("stiffness", "damping", "turn_stiffness", "turn_damping", "limit", "stall", "linear", "quadratic",
+                        "mass"):
                 if key in effort:
                     effort[key] *= unit
             if "force" in effort:
@@ -100,7 +101,7 @@ def _reference(rng: np.random.Generator, duration: float, size: float) -> Dict[s
     return reference
 
 
-def led(rng: np.random.Generator, duration: float, size: float) -> Dict[str, Any]:
+def draw_reference(rng: np.random.Generator, duration: float, size: float) -> Dict[str, Any]:
     """A reference of an effort: a spline, or lines with blends."""
     reference = _reference(rng, duration, size)
     if rng.random() < 0.4:
@@ -126,7 +127,8 @@ def _motion(rng: np.random.Generator, planar: bool, duration: float) -> Dict[str
     return motion
 
 
-def ground(rng: np.random.Generator, planar: bool, duration: float) -> Dict[str, Any]:
+def draw_ground(rng: np.random.Generator, planar: bool, duration: float) -> Dict[str, Any]:
+    """What a contact may be above, here and there moving."""
     kind = rng.choice(["plane", "slope", "height_field", "height_map", "stairs", "box"])
     if kind == "plane":
         ground: Dict[str, Any] = {"kind": "plane"}
@@ -164,7 +166,7 @@ def _effort(rng: np.random.Generator, joint: str, duration: float) -> Dict[str, 
     if kind == "pd":
         effort.update(position=f"{joint}_q", velocity=f"{joint}_v", feed_forward=f"{joint}_e")
     if kind == "track":
-        effort.update(feed_forward=f"{joint}_e", reference=led(rng, duration, 0.5))
+        effort.update(feed_forward=f"{joint}_e", reference=draw_reference(rng, duration, 0.5))
     if kind != "joint_spring" and rng.random() < 0.4:
         effort["limit"] = round(math.exp(rng.uniform(0, 3)), 3)
     return effort
@@ -192,7 +194,7 @@ def draw(seed: int) -> Draft:
         law["friction"] = round(float(rng.uniform(0.1, 1.3)), 3)
     if rng.random() < 0.3:
         law["restitution"] = round(float(rng.uniform(0.1, 0.8)), 3)
-    grounds = [ground(rng, planar, duration) for _ in range(1 + int(rng.random() < 0.3))]
+    grounds = [draw_ground(rng, planar, duration) for _ in range(1 + int(rng.random() < 0.3))]
     for k in range(int(rng.integers(1, 5))):
         yaml["constraints"][f"c{k}"] = {"link": str(rng.choice(bodies)), "point": _point(rng, planar),
                                         **grounds[k % len(grounds)], **law}
@@ -205,7 +207,7 @@ def draw(seed: int) -> Draft:
     if rng.random() < 0.2:
         yaml["efforts"]["gust"] = {"kind": "timed_force", "link": str(rng.choice(bodies)), "point": _point(rng, planar),
                                    "force": [round(float(f), 3) for f in rng.normal(0, 8, 3)],
-                                   "reference": led(rng, duration, 1)}
+                                   "reference": draw_reference(rng, duration, 1)}
     if rng.random() < 0.2:
         yaml["efforts"]["air"] = {"kind": "drag", "link": str(rng.choice(bodies)), "point": _point(rng, planar),
                                   "linear": 0.3, "quadratic": 0.2}

@@ -6,9 +6,9 @@ from typing import Any, Callable, Dict, List, Tuple
 
 import numpy as np
 
-from generate import Draft, ground, led
+from generate import Draft, draw_ground, draw_reference
 
-Tree = Tuple[List[str], Dict[str, Any], Dict[str, float]]  # parts of the URDF, the YAML, positions
+Tree = Tuple[List[str], Dict[str, float]]  # parts of the URDF, positions of its joints
 
 
 def _number(value: float, digits: int = 4) -> float:
@@ -34,7 +34,7 @@ def _drive(rng: np.random.Generator, duration: float) -> Callable[[str], Dict[st
     kind = str(rng.choice(["joint_spring", "servo", "pd", "track"]))
     drive: Dict[str, Any] = {"kind": kind, "stiffness": stiffness, "damping": damping}
     if kind == "track":
-        drive["reference"] = led(rng, duration, 0.2)
+        drive["reference"] = draw_reference(rng, duration, 0.2)
     if kind != "joint_spring" and rng.random() < 0.4:
         drive["limit"] = _number(math.exp(rng.uniform(1, 4)), 2)
         if rng.random() < 0.5:
@@ -49,7 +49,7 @@ def _drive(rng: np.random.Generator, duration: float) -> Callable[[str], Dict[st
 
 
 def _table(rng: np.random.Generator, yaml: Dict[str, Any], duration: float, law: Dict[str, float]) -> Tree:
-    """A body on equal legs, here and there one a little shorter."""
+    """A body on equal legs, here and there one a little shorter. Adds their contacts and drives to the YAML."""
     planar = yaml["base"] == "planar"
     parts, positions = [_link("body", math.exp(rng.uniform(0, 2)), rng.uniform(0.2, 0.6), 0)], {}
     slides, knees = rng.random() < 0.5, rng.random() < 0.4
@@ -58,7 +58,7 @@ def _table(rng: np.random.Generator, yaml: Dict[str, Any], duration: float, law:
     sole = {"stiffness": _number(math.exp(rng.uniform(6, 9)), 1), "damping": _number(math.exp(rng.uniform(1, 4)), 2),
             "mass": _number(rng.uniform(0.02, 0.2))}
     soft = rng.random() < 0.3
-    surface = ground(rng, planar, duration) if rng.random() < 0.2 else {"kind": "plane"}
+    surface = draw_ground(rng, planar, duration) if rng.random() < 0.2 else {"kind": "plane"}
     for k in range(int(rng.integers(2, 4 if planar else 5))):
         place = [rng.uniform(-0.4, 0.4), 0 if planar else rng.uniform(-0.4, 0.4), 0]
         foot, length = f"leg{k}", 0.4
@@ -77,16 +77,16 @@ def _table(rng: np.random.Generator, yaml: Dict[str, Any], duration: float, law:
         if soft:
             yaml.setdefault("soles", {})[foot] = sole
         yaml["constraints"][f"c{k}"] = {"link": foot + ("_sole" if soft else ""), "point": [0, 0, -length], **surface, **law}
-    return parts, yaml, positions
+    return parts, positions
 
 
 def _arm(rng: np.random.Generator, yaml: Dict[str, Any], duration: float, law: Dict[str, float]) -> Tree:
-    """A chain or a bush of links whose tips reach the ground."""
+    """A chain or a bush of links whose tips reach the ground. Adds contacts and drives, too."""
     planar = yaml["base"] == "planar"
     free = yaml["base"] != "fixed"
     parts = [_link("body", 2, 0.4, 0) if free else '<link name="body"/>\n']
     links, positions = int(rng.integers(2, 5)), {}
-    surface = ground(rng, planar, duration)
+    surface = draw_ground(rng, planar, duration)
     for k in range(links):
         parent = "body" if k == 0 else f"arm{int(rng.integers(max(0, k - 2), k))}"
         slides = rng.random() < 0.2
@@ -99,10 +99,10 @@ def _arm(rng: np.random.Generator, yaml: Dict[str, Any], duration: float, law: D
             yaml["efforts"][f"drive{k}"] = _drive(rng, duration)(f"j{k}")
         if rng.random() < 0.6 or k == links - 1:
             yaml["constraints"][f"c{k}"] = {"link": f"arm{k}", "point": [0.05, 0, -0.3], **surface, **law}
-    return parts, yaml, positions
+    return parts, positions
 
 
-def _wheel(rng: np.random.Generator, yaml: Dict[str, Any], _: Dict[str, Any], law: Dict[str, float]) -> None:
+def _wheel(rng: np.random.Generator, yaml: Dict[str, Any], _: Dict[str, float], law: Dict[str, float]) -> None:
     """The first foot is a ball, or in space a wheel, on a plane."""
     first = next(iter(yaml["constraints"].values()))
     kept = {key: first[key] for key in ("link", "point", "motion") if key in first}
@@ -112,7 +112,7 @@ def _wheel(rng: np.random.Generator, yaml: Dict[str, Any], _: Dict[str, Any], la
         first.update(kind="rim", axis=[_number(a) for a in (rng.normal(0, 0.2), 1, rng.normal(0, 0.2))])
 
 
-def _between(rng: np.random.Generator, yaml: Dict[str, Any], positions: Dict[str, float], _: Dict[str, float]) -> None:
+def _between(rng: np.random.Generator, yaml: Dict[str, Any], *_: Dict[str, float]) -> None:
     """A spring or a bushing from the body to another link."""
     link = str(rng.choice([c["link"] for c in yaml["constraints"].values()]))
     effort = {"link": link, "point": [0, 0, -0.1], "other_link": "body", "other_point": [0.1, 0, 0.2],
@@ -125,7 +125,7 @@ def _between(rng: np.random.Generator, yaml: Dict[str, Any], positions: Dict[str
     yaml["efforts"]["between"] = effort
 
 
-def _bumper(rng: np.random.Generator, yaml: Dict[str, Any], positions: Dict[str, float], law: Dict[str, float]) -> None:
+def _bumper(rng: np.random.Generator, yaml: Dict[str, Any], _: Dict[str, float], law: Dict[str, float]) -> None:
     """A ball of one link against a ball, or a face, of the body."""
     link = list(yaml["constraints"].values())[-1]["link"]
     bumper: Dict[str, Any] = {"link": link, "point": [0.02, 0, 0], "radius": 0.03, "other_link": "body",
@@ -159,7 +159,8 @@ def draw(seed: int) -> Draft:
         law["restitution"] = _number(rng.uniform(0.1, 0.7), 3)
     level = base != "fixed" and rng.random() < 0.6
     make = _table if level or (base != "fixed" and rng.random() < 0.5) else _arm
-    parts, yaml, positions = make(rng, {"base": base, "constraints": {}, "efforts": {}}, duration, law)
+    yaml: Dict[str, Any] = {"base": base, "constraints": {}, "efforts": {}}
+    parts, positions = make(rng, yaml, duration, law)
     for chance, add in ((0.15, _wheel), (0.3, _between), (0.15, _bumper), (0.4, _feedback)):
         if rng.random() < chance and not (add is _wheel and level):
             add(rng, yaml, positions, law)
