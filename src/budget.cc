@@ -30,6 +30,7 @@ struct Budget::State {
   BudgetLimits limits;
   Clock::time_point begin = Clock::now();
   std::atomic<bool> cancelled{false};
+  std::atomic<bool> told{false};
   mutable std::mutex mutex;
   std::string reason;  // of the cancellation, guarded by the mutex
 };
@@ -46,6 +47,7 @@ void Budget::Cancel(const std::string& reason) const {
 }
 
 bool Budget::cancelled() const { return state_->cancelled; }
+bool Budget::told() const { return state_->told; }
 const BudgetLimits& Budget::limits() const { return state_->limits; }
 
 double Budget::elapsed() const {
@@ -57,12 +59,14 @@ BudgetEnd Budget::Ask(std::string* sentence) const {
     Cancel("the caller cancelled");
   }
   if (state_->cancelled) {
+    state_->told = true;
     const std::lock_guard<std::mutex> lock(state_->mutex);
     if (sentence != nullptr) *sentence = state_->reason;
     return BudgetEnd::kCancelled;
   }
   const double used = elapsed();
   if (!(used > state_->limits.max_seconds)) return BudgetEnd::kNone;
+  state_->told = true;
   if (sentence != nullptr) {
     *sentence = "max_seconds = " + Number(state_->limits.max_seconds) +
                 " are used up; options.max_seconds may be raised";
@@ -107,6 +111,8 @@ BudgetEnd LookAtBudget(std::string* sentence) {
   }
   return end;
 }
+
+bool BudgetEndWasTold() { return innermost != nullptr && innermost->budget_.told(); }
 
 void AskBudget() {
   BudgetScope* const scope = innermost;

@@ -52,6 +52,9 @@ class Budget {
   double elapsed() const;  ///< [s]
   /// Why there is nothing left; "" while there is. What has once run out stays so.
   BudgetEnd Ask(std::string* sentence) const;
+  /// Whether that has been answered to anyone: what was made under it may be unfinished, whatever
+  /// it says. False for what was finished before anyone asked again.
+  bool told() const;
 
  private:
   struct State;
@@ -72,6 +75,7 @@ class BudgetScope {
   friend BudgetEnd LookAtBudget(std::string* sentence);
   friend void AskBudget();
   friend bool HasBudget();
+  friend bool BudgetEndWasTold();
   friend void AskMemory(double bytes, const std::string& what);
   friend class BudgetStage;
 
@@ -110,6 +114,8 @@ bool HasBudget();
 void AskBudget();
 /// The same without throwing, looking at the clock.
 BudgetEnd LookAtBudget(std::string* sentence);
+/// Whether anyone was told that the budget of this thread is used up (Budget::told).
+bool BudgetEndWasTold();
 /// Before `bytes` are allocated for `what` ("the matrices of 40320 pieces"): throws BudgetExceeded,
 /// with the figures, where that is more than max_megabytes.
 void AskMemory(double bytes, const std::string& what);

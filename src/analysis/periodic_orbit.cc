@@ -10,6 +10,7 @@
 
 #include "clock_rates.h"
 #include "contact_flow/analysis/orbit_sizes.h"
+#include "contact_flow/budget.h"
 #include "contact_flow/piecewise_linear/section.h"
 #include "retraction.h"
 #include "tangent_map.h"
@@ -121,6 +122,7 @@ class OrbitEquation {
     return moved;
   }
 
+  /// Throws BudgetExceeded where that ends the last run; all but that run is there then.
   void Finish(const Vector& y, OrbitSolution* solution) {
     SetParameters(y.tail(count()));
     solution->x = y.head(problem_.x.size());
@@ -128,10 +130,14 @@ class OrbitEquation {
       solution->newton.residual = solution->newton.residual.cwiseProduct(row_);
     }
     solution->parameters = values_;
-    options_.derivative.variables = {};
-    solution->orbit =
-        PoincareMap(*system_, problem_.u, problem_.section, options_).Return(solution->x);
     solution->system = std::move(system_);
+    options_.derivative.variables = {};
+    solution->orbit = PoincareMap(*solution->system, problem_.u, problem_.section, options_)
+                          .Return(solution->x);
+    if (!BudgetEndWasTold()) return;
+    std::string sentence;
+    const BudgetEnd end = LookAtBudget(&sentence);
+    throw BudgetExceeded(end, sentence);
   }
 
  private:
@@ -303,7 +309,13 @@ OrbitSolution FindOrbit(const OrbitProblem& problem, const OrbitOptions& options
   solution.newton =
       SolveEquation([&](const Vector& y, bool with_map) { return equation(y, with_map); },
                     equation.Start(), newton);
-  equation.Finish(solution.newton.x, &solution);
+  try {
+    equation.Finish(solution.newton.x, &solution);
+  } catch (const BudgetExceeded& reason) {
+    if (solution.newton.status == NewtonStatus::kCancelled) return solution;
+    solution.newton.status = NewtonStatus::kCancelled;
+    solution.newton.message += std::string("; the last run: ") + reason.what();
+  }
   return solution;
 }
 

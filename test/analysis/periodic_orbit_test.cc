@@ -10,6 +10,7 @@
 #include <limits>
 #include <random>
 
+#include "contact_flow/budget.h"
 #include "contact_flow/io/robot_file.h"
 #include "contact_flow/model/model_library.h"
 #include "contact_flow/piecewise_linear/section.h"
@@ -288,6 +289,33 @@ TEST(PeriodicOrbit, SaysWhatIsMissing) {
   cancelled.newton.progress = [](const NewtonIteration&, const Vector&) { return false; };
   problem.x(3) += 0.01;
   EXPECT_EQ(NewtonStatus::kCancelled, FindOrbit(problem, cancelled).newton.status);
+}
+
+TEST(PeriodicOrbit, IsNoneWhereTheLastRunWasEnded) {
+  const ReferenceCase trot("hopping_trot_stable");
+  OrbitProblem problem = TrotProblem(trot);
+  problem.x(3) += 0.01;
+  OrbitOptions options;
+  bool found_one = false;
+  options.newton.progress = [&](const NewtonIteration& iteration, const Vector&) {
+    found_one = iteration.residual <= options.newton.tolerance;
+    return true;
+  };
+  options.newton.tolerance = 1e-8;
+  ASSERT_TRUE(FindOrbit(problem, options).ok());
+  BudgetLimits limits;
+  limits.look_every = 0;
+  limits.cancelled = [&] { return found_one; };  // so that only the run to be shown is ended
+  found_one = false;
+  const Budget budget(limits);
+  const BudgetScope scope(budget);
+  const OrbitSolution ended = FindOrbit(problem, options);
+  ASSERT_TRUE(found_one);
+  EXPECT_EQ(NewtonStatus::kCancelled, ended.newton.status) << ended.newton.message;
+  EXPECT_FALSE(ended.orbit.returned());
+  EXPECT_LE(ended.newton.iterations.back().residual, options.newton.tolerance);
+  EXPECT_EQ(problem.x.size(), ended.x.size());
+  ASSERT_TRUE(ended.system);
 }
 
 }  // namespace

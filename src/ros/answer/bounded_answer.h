@@ -135,12 +135,13 @@ void AnswerOrEnd(double max_megabytes, Result* result, const Body& answer) {
                                " MB, max_megabytes = " + std::to_string(max_megabytes) +
                                " at most; ask for less in one answer");
     }
+    // What came out well may hold parts that the budget has ended and that nobody looked at.
+    const bool doubtful = result->outcome == 0 ? BudgetEndWasTold()
+                          : !std::is_same_v<Result, ContactTrajectory>;  // it says what ended it
     std::string sentence;
-    bool late = EndedByTime(*result);
-    if constexpr (!std::is_same_v<Result, ContactTrajectory>) {  // which says itself what ended it
-      late = late || (result->outcome != 0 && LookAtBudget(&sentence) == BudgetEnd::kSeconds);
-    }
-    if (late) EndByTime(sentence, result);
+    const BudgetEnd end = doubtful ? LookAtBudget(&sentence) : BudgetEnd::kNone;
+    if (end == BudgetEnd::kCancelled && result->outcome == 0) throw BudgetExceeded(end, sentence);
+    if (end == BudgetEnd::kSeconds || EndedByTime(*result)) EndByTime(sentence, result);
   } catch (const BudgetExceeded& reason) {
     *result = Result();
     result->outcome =
