@@ -47,11 +47,9 @@ bool ContactDynamics::PushClearly(const VectorRef& x, const ConstraintSet& conta
 
 void ContactDynamics::InvertSparse() {
   SolveColumns(at_->delassus_factor, &at_->delassus_inverse);
-  for (Eigen::Index i = 0; i < at_->reach.cols(); ++i) {
-    column_ = at_->reach.col(i);
-    mass_factor_.SolveLTransposed(column_);
-    at_->momentum_map.row(i) = column_;
-  }
+  at_->response = at_->reach;
+  mass_factor_.SolveLTransposed(&at_->response);
+  at_->momentum_map = at_->response.transpose();
   at_->force_map.noalias() = at_->delassus_inverse * at_->momentum_map;
   at_->inverse.noalias() -= at_->momentum_map.transpose() * at_->force_map;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 #include "solve_columns.h"
 
@@ -14,90 +15,151 @@ constexpr Eigen::Index kLeast = 12;
 /// Multiplications of the dense factor, d³/6, for one of the sparse: it pays from here on.
 constexpr double kGain = 3;
 constexpr int kWord = 64;
+constexpr int kAbreast = 8;  // columns that are solved side by side
+
+/// The coordinate that carries each of M's, −1: none. What column k has above its diagonal its
+/// carrier, the last of these rows, gets, too: elimination from the last to the first fills that in.
+std::vector<int> Carriers(const Matrix& mass) {
+  const int d = static_cast<int>(mass.rows());
+  const int words = (d + kWord - 1) / kWord;
+  std::vector<std::uint64_t> bits(static_cast<std::size_t>(d) * words);
+  std::vector<int> carriers(d, -1);
+  for (int k = d - 1; k >= 0; --k) {
+    std::uint64_t* own = &bits[static_cast<std::size_t>(k) * words];
+    for (int i = 0; i < k; ++i) {
+      if (mass(i, k) != 0) own[i / kWord] |= std::uint64_t{1} << (i % kWord);
+    }
+    for (int w = 0; w < words; ++w) {
+      if (own[w] != 0) carriers[k] = w * kWord + kWord - 1 - __builtin_clzll(own[w]);
+    }
+    if (carriers[k] < 0) continue;
+    std::uint64_t* other = &bits[static_cast<std::size_t>(carriers[k]) * words];
+    for (int w = 0; w < words; ++w) other[w] |= own[w];
+    other[carriers[k] / kWord] &= ~(std::uint64_t{1} << (carriers[k] % kWord));
+  }
+  return carriers;
+}
+
+/// 1 where a number is neither 0 nor −0, else 0; by its bits, so that loops of it are vectors.
+inline std::uint64_t IsNonzero(double number) {
+  std::uint64_t bits;
+  std::memcpy(&bits, &number, sizeof(bits));
+  bits <<= 1;  // without its sign
+  return (bits | (0 - bits)) >> 63;
+}
+
+/// b ← b − c a, of the first n numbers.
+inline void Subtract(double c, const double* __restrict a, int n, double* __restrict b) {
+  for (int i = 0; i < n; ++i) b[i] -= c * a[i];
+}
 
 }  // namespace
 
 void MassFactor::Compute(const Matrix& mass) {
-  sparse_ = mass.rows() >= kLeast && FindPattern(mass);
+  if (mass.rows() < kLeast) {
+    sparse_ = false;
+  } else if (!HasZerosAsBefore(mass)) {
+    FindChains(mass);
+  }
   if (sparse_) return ComputeSparse(mass);
   dense_.compute(mass);
   regular_ = dense_.info() == Eigen::Success;
 }
 
-/// What column k has above its diagonal its parent, the last of these rows, gets, too: elimination
-/// from the last to the first fills that in. While M has the zeros that it had, all is as found.
-bool MassFactor::FindPattern(const Matrix& mass) {
-  const int d = static_cast<int>(mass.rows());
-  const int words = (d + kWord - 1) / kWord;
-  const std::ptrdiff_t size = static_cast<std::ptrdiff_t>(d) * words;
-  // The factor's, those of the M that it was found for, and those of this M.
-  const bool found = static_cast<std::ptrdiff_t>(bits_.size()) == 3 * size;
-  if (!found) bits_.resize(static_cast<std::size_t>(3 * size));
-  std::uint64_t *filled = bits_.data(), *before = filled + size, *now = before + size;
-  std::fill(now, now + size, 0);
-  for (int k = 0; k < d; ++k) {
-    const double* column = mass.data() + static_cast<std::ptrdiff_t>(k) * d;
-    std::uint64_t* own = now + static_cast<std::ptrdiff_t>(k) * words;
-    for (int i = 0; i < k; ++i) {
-      own[i / kWord] |= static_cast<std::uint64_t>(column[i] != 0) << (i % kWord);
+bool MassFactor::HasZerosAsBefore(const Matrix& mass) const {
+  const Eigen::Index d = mass.rows();
+  if (nonzero_.size() != static_cast<std::size_t>(d * (d - 1) / 2)) return false;
+  const std::uint64_t* before = nonzero_.data();
+  std::uint64_t differs = 0;
+  for (Eigen::Index k = 0; k < d; before += k, ++k) {
+    const double* column = mass.data() + k * d;
+    for (Eigen::Index i = 0; i < k; ++i) {
+      differs |= IsNonzero(column[i]) ^ before[i];
     }
   }
-  if (found && std::equal(now, now + size, before)) return !begin_.empty();
-  std::copy(now, now + size, before);
-  std::copy(now, now + size, filled);
-  begin_.clear();
+  return differs == 0;
+}
+
+void MassFactor::FindChains(const Matrix& mass) {
+  const int d = static_cast<int>(mass.rows());
+  nonzero_.clear();
+  for (int k = 0; k < d; ++k) {
+    for (int i = 0; i < k; ++i) nonzero_.push_back(IsNonzero(mass(i, k)));
+  }
+  begin_.assign(1, 0);
   rows_.clear();
+  sparse_ = false;
   double work = 0;
   const double most = std::pow(d, 3) / 6 / kGain;
-  for (int k = d - 1; k >= 0; --k) {
-    const std::uint64_t* own = filled + static_cast<std::ptrdiff_t>(k) * words;
-    int count = 0, parent = -1;
-    for (int w = 0; w < words; ++w) {
-      if (own[w] == 0) continue;
-      count += __builtin_popcountll(own[w]);
-      parent = w * kWord + kWord - 1 - __builtin_clzll(own[w]);
-    }
-    work += 0.5 * count * (count + 3);
-    if (work > most) return false;
-    if (parent < 0) continue;
-    std::uint64_t* other = filled + static_cast<std::ptrdiff_t>(parent) * words;
-    for (int w = 0; w < words; ++w) other[w] |= own[w];
-    other[parent / kWord] &= ~(std::uint64_t{1} << (parent % kWord));
-  }
-  begin_.assign(d + 1, 0);
+  const std::vector<int> carriers = Carriers(mass);
   for (int k = 0; k < d; ++k) {
-    begin_[k] = static_cast<int>(rows_.size());
-    for (int w = 0; w < words; ++w) {
-      for (std::uint64_t rest = filled[static_cast<std::ptrdiff_t>(k) * words + w]; rest != 0;
-           rest &= rest - 1) {
-        rows_.push_back(w * kWord + __builtin_ctzll(rest));
-      }
+    if (carriers[k] >= 0) {
+      for (int e = begin_[carriers[k]]; e < begin_[carriers[k] + 1]; ++e) rows_.push_back(rows_[e]);
     }
+    const double count = static_cast<double>(rows_.size()) - begin_[k];
+    work += 0.5 * count * (count + 3);
+    if (work > most) return;
+    rows_.push_back(k);
+    begin_.push_back(static_cast<int>(rows_.size()));
   }
-  begin_[d] = static_cast<int>(rows_.size());
-  return true;
+  columns_.resize(rows_.size());
+  sparse_ = true;
 }
 
 void MassFactor::ComputeSparse(const Matrix& mass) {
   const int d = static_cast<int>(mass.rows());
-  upper_.resize(d, d);  // what is not in the pattern is never looked at
   for (int k = 0; k < d; ++k) {
-    upper_(k, k) = mass(k, k);
-    for (int e = begin_[k]; e < begin_[k + 1]; ++e) upper_(rows_[e], k) = mass(rows_[e], k);
+    const double* column = mass.data() + static_cast<std::ptrdiff_t>(k) * d;
+    for (int e = begin_[k]; e < begin_[k + 1]; ++e) columns_[e] = column[rows_[e]];
   }
   regular_ = true;
   for (int k = d - 1; k >= 0; --k) {
-    const double pivot = upper_(k, k);
-    if (!(pivot > 0)) regular_ = false;
-    const double root = std::sqrt(pivot);
-    upper_(k, k) = root;
-    double* column = &upper_(0, k);
-    for (int e = begin_[k]; e < begin_[k + 1]; ++e) {
-      const int i = rows_[e];
-      column[i] /= root;
-      double* other = &upper_(0, i);
-      for (int f = begin_[k]; f <= e; ++f) other[rows_[f]] -= column[i] * column[rows_[f]];
+    double* column = &columns_[begin_[k]];
+    const int* rows = &rows_[begin_[k]];
+    const int count = Diagonal(k) - begin_[k];
+    if (!(column[count] > 0)) regular_ = false;
+    const double root = column[count] = std::sqrt(column[count]);
+    for (int e = 0; e < count; ++e) column[e] /= root;
+    for (int e = 0; e < count; ++e) {
+      Subtract(column[e], column, e + 1, &columns_[begin_[rows[e]]]);
     }
+  }
+}
+
+Vector MassFactor::Pivots() const {
+  if (!sparse_) return dense_.matrixLLT().diagonal();
+  Vector pivots(static_cast<Eigen::Index>(begin_.size()) - 1);
+  for (Eigen::Index k = 0; k < pivots.size(); ++k) pivots(k) = columns_[Diagonal(k)];
+  return pivots;
+}
+
+template <int kColumns>
+void MassFactor::SolveRowsL(double* rows) const {
+  for (Eigen::Index k = static_cast<Eigen::Index>(begin_.size()) - 2; k >= 0; --k) {
+    double own[kColumns];
+    bool any = false;
+    for (int c = 0; c < kColumns; ++c) any |= rows[k * kColumns + c] != 0;
+    if (!any) continue;
+    for (int c = 0; c < kColumns; ++c) {
+      own[c] = rows[k * kColumns + c] /= columns_[Diagonal(k)];
+    }
+    for (int e = begin_[k]; e < Diagonal(k); ++e) {
+      double* other = rows + static_cast<std::ptrdiff_t>(rows_[e]) * kColumns;
+      for (int c = 0; c < kColumns; ++c) other[c] -= columns_[e] * own[c];
+    }
+  }
+}
+
+template <int kColumns>
+void MassFactor::SolveRowsLTransposed(double* rows) const {
+  for (Eigen::Index k = 0; k + 1 < static_cast<Eigen::Index>(begin_.size()); ++k) {
+    double own[kColumns];
+    for (int c = 0; c < kColumns; ++c) own[c] = rows[k * kColumns + c];
+    for (int e = begin_[k]; e < Diagonal(k); ++e) {
+      const double* other = rows + static_cast<std::ptrdiff_t>(rows_[e]) * kColumns;
+      for (int c = 0; c < kColumns; ++c) own[c] -= columns_[e] * other[c];
+    }
+    for (int c = 0; c < kColumns; ++c) rows[k * kColumns + c] = own[c] / columns_[Diagonal(k)];
   }
 }
 
@@ -106,12 +168,7 @@ void MassFactor::SolveL(Eigen::Ref<Vector> b) const {
     dense_.matrixL().solveInPlace(b);
     return;
   }
-  for (Eigen::Index k = b.size() - 1; k >= 0; --k) {
-    if (b(k) == 0) continue;
-    const double* column = upper_.data() + k * upper_.rows();
-    const double value = b(k) /= column[k];
-    for (int e = begin_[k]; e < begin_[k + 1]; ++e) b(rows_[e]) -= column[rows_[e]] * value;
-  }
+  SolveRowsL<1>(b.data());
 }
 
 void MassFactor::SolveLTransposed(Eigen::Ref<Vector> b) const {
@@ -119,11 +176,23 @@ void MassFactor::SolveLTransposed(Eigen::Ref<Vector> b) const {
     dense_.matrixU().solveInPlace(b);
     return;
   }
-  for (Eigen::Index k = 0; k < b.size(); ++k) {
-    const double* column = upper_.data() + k * upper_.rows();
-    double value = b(k);
-    for (int e = begin_[k]; e < begin_[k + 1]; ++e) value -= column[rows_[e]] * b(rows_[e]);
-    b(k) = value / column[k];
+  SolveRowsLTransposed<1>(b.data());
+}
+
+void MassFactor::SolveColumns(bool by_both, Matrix* B) const {
+  using Rows = Eigen::Matrix<double, Eigen::Dynamic, kAbreast, Eigen::RowMajor>;
+  thread_local Rows rows;  // makes room once
+  const Eigen::Index whole = B->cols() - B->cols() % kAbreast;
+  rows.resize(B->rows(), kAbreast);
+  for (Eigen::Index c = 0; c < whole; c += kAbreast) {
+    rows = B->middleCols<kAbreast>(c);
+    if (by_both) SolveRowsL<kAbreast>(rows.data());
+    SolveRowsLTransposed<kAbreast>(rows.data());
+    B->middleCols<kAbreast>(c) = rows;
+  }
+  for (Eigen::Index c = whole; c < B->cols(); ++c) {
+    if (by_both) SolveL(B->col(c));
+    SolveLTransposed(B->col(c));
   }
 }
 
@@ -132,15 +201,12 @@ void MassFactor::SolveLTransposed(Matrix* B) const {
     dense_.matrixU().solveInPlace(*B);
     return;
   }
-  for (Eigen::Index c = 0; c < B->cols(); ++c) SolveLTransposed(B->col(c));
+  SolveColumns(false, B);
 }
 
 void MassFactor::Solve(Matrix* B) const {
-  if (!sparse_) return SolveColumns(dense_, B);
-  for (Eigen::Index c = 0; c < B->cols(); ++c) {
-    SolveL(B->col(c));
-    SolveLTransposed(B->col(c));
-  }
+  if (!sparse_) return contact_flow::SolveColumns(dense_, B);
+  SolveColumns(true, B);
 }
 
 Matrix MassFactor::Solved(const MatrixRef& B) const {

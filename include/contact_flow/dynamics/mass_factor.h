@@ -31,21 +31,33 @@ class MassFactor {
   /// M⁻¹ B.
   Matrix Solved(const MatrixRef& B) const;
   /// The diagonal of L.
-  Vector Pivots() const {
-    return sparse_ ? Vector(upper_.diagonal()) : Vector(dense_.matrixLLT().diagonal());
-  }
+  Vector Pivots() const;
 
  private:
-  /// Finds what is not zero in the factor, and whether that is little.
-  bool FindPattern(const Matrix& mass);
+  /// Whether M has its zeros where it had them when the chains were found.
+  bool HasZerosAsBefore(const Matrix& mass) const;
+  /// Finds what carries what, and whether that leaves many zeros.
+  void FindChains(const Matrix& mass);
   void ComputeSparse(const Matrix& mass);
+  /// Both for some columns side by side, row by row.
+  template <int kColumns>
+  void SolveRowsL(double* rows) const;
+  template <int kColumns>
+  void SolveRowsLTransposed(double* rows) const;
+  /// B ← L⁻ᵀ B, or M⁻¹ B, some columns at a time.
+  void SolveColumns(bool by_both, Matrix* B) const;
+
+  /// Place of the diagonal of column k of L.
+  int Diagonal(Eigen::Index k) const { return begin_[k + 1] - 1; }
 
   Eigen::LLT<Matrix> dense_;
   bool regular_ = true, sparse_ = false;
-  // Of the sparse one, column k of L: its diagonal, and the rows i < k from begin_[k] on.
+  // Of the sparse one: column k of L is columns_ from begin_[k] to begin_[k + 1], in the rows of its
+  // chain, the coordinates that carry k, from the first to k itself. Where rows_[e] is of the chain
+  // of k, its own chain is that of k up to there.
   std::vector<int> begin_, rows_;
-  std::vector<std::uint64_t> bits_;  // d words for each column
-  Matrix upper_;                     // L
+  std::vector<double> columns_;
+  std::vector<std::uint64_t> nonzero_;  // of M's columns, above the diagonal, one after the other
 };
 
 }  // namespace contact_flow
