@@ -11,12 +11,13 @@ import directions
 import generate
 import machines
 import methods
+import online
 import parameters
 import symmetries
 from trial import Trial, Verdict, begin
 
 JUDGES: Dict[str, Callable[[Trial], None]] = {
-    module.__name__: module.judge for module in (directions, parameters, symmetries, costs, methods)}
+    module.__name__: module.judge for module in (directions, parameters, symmetries, costs, methods, online)}
 DRAW = {"trees": generate.draw, "machines": machines.draw}
 
 
