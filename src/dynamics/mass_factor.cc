@@ -14,30 +14,13 @@ namespace {
 constexpr Eigen::Index kLeast = 12;
 /// Multiplications of the dense factor, d³/6, for one of the sparse: it pays from here on.
 constexpr double kGain = 3;
-constexpr int kWord = 64;
 constexpr int kAbreast = 8;  // columns that are solved side by side
 
-/// The coordinate that carries each of M's, −1: none. What column k has above its diagonal its
-/// carrier, the last of these rows, gets, too: elimination from the last to the first fills that in.
-std::vector<int> Carriers(const Matrix& mass) {
-  const int d = static_cast<int>(mass.rows());
-  const int words = (d + kWord - 1) / kWord;
-  std::vector<std::uint64_t> bits(static_cast<std::size_t>(d) * words);
-  std::vector<int> carriers(d, -1);
-  for (int k = d - 1; k >= 0; --k) {
-    std::uint64_t* own = &bits[static_cast<std::size_t>(k) * words];
-    for (int i = 0; i < k; ++i) {
-      if (mass(i, k) != 0) own[i / kWord] |= std::uint64_t{1} << (i % kWord);
-    }
-    for (int w = 0; w < words; ++w) {
-      if (own[w] != 0) carriers[k] = w * kWord + kWord - 1 - __builtin_clzll(own[w]);
-    }
-    if (carriers[k] < 0) continue;
-    std::uint64_t* other = &bits[static_cast<std::size_t>(carriers[k]) * words];
-    for (int w = 0; w < words; ++w) other[w] |= own[w];
-    other[carriers[k] / kWord] &= ~(std::uint64_t{1} << (carriers[k] % kWord));
-  }
-  return carriers;
+/// The last of column k's rows above the diagonal that are not zero, −1: none.
+int LastRow(const std::uint64_t* column, int k) {
+  int i = k - 1;
+  while (i >= 0 && column[i] == 0) --i;
+  return i;
 }
 
 /// 1 where a number is neither 0 nor −0, else 0; by its bits, so that loops of it are vectors.
@@ -80,30 +63,41 @@ bool MassFactor::HasZerosAsBefore(const Matrix& mass) const {
   return differs == 0;
 }
 
+/// What column k has above its diagonal its carrier, the last of these rows, gets, too: elimination
+/// from the last to the first fills that in.
 void MassFactor::FindChains(const Matrix& mass) {
   const int d = static_cast<int>(mass.rows());
-  nonzero_.clear();
+  nonzero_.resize(static_cast<std::size_t>(d) * (d - 1) / 2);
+  const auto column = [&](int k) { return nonzero_.data() + k * (k - 1) / 2; };
   for (int k = 0; k < d; ++k) {
-    for (int i = 0; i < k; ++i) nonzero_.push_back(IsNonzero(mass(i, k)));
+    for (int i = 0; i < k; ++i) column(k)[i] = IsNonzero(mass(i, k));
   }
-  begin_.assign(1, 0);
+  constexpr std::uint64_t kOfMass = 1, kFilled = 2;
+  for (int k = d - 1; k >= 0; --k) {
+    const int carrier = LastRow(column(k), k);
+    for (int i = 0; i < carrier; ++i) {
+      if (column(k)[i] != 0) column(carrier)[i] |= kFilled;
+    }
+  }
   rows_.clear();
-  sparse_ = false;
+  rows_.reserve(nonzero_.size() + d);
+  begin_.assign(1, 0);
+  begin_.reserve(d + 1);
   double work = 0;
   const double most = std::pow(d, 3) / 6 / kGain;
-  const std::vector<int> carriers = Carriers(mass);
-  for (int k = 0; k < d; ++k) {
-    if (carriers[k] >= 0) {
-      for (int e = begin_[carriers[k]]; e < begin_[carriers[k] + 1]; ++e) rows_.push_back(rows_[e]);
+  for (int k = 0; k < d && work <= most; ++k) {
+    const int carrier = LastRow(column(k), k);
+    if (carrier >= 0) {
+      for (int e = begin_[carrier]; e < begin_[carrier + 1]; ++e) rows_.push_back(rows_[e]);
     }
     const double count = static_cast<double>(rows_.size()) - begin_[k];
     work += 0.5 * count * (count + 3);
-    if (work > most) return;
     rows_.push_back(k);
     begin_.push_back(static_cast<int>(rows_.size()));
   }
+  for (std::uint64_t& entry : nonzero_) entry &= kOfMass;
+  sparse_ = work <= most;
   columns_.resize(rows_.size());
-  sparse_ = true;
 }
 
 void MassFactor::ComputeSparse(const Matrix& mass) {
