@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #include "collocation.h"
 
+#include <algorithm>
 #include <type_traits>
 
 #include "block_solve.h"
@@ -16,7 +17,7 @@ Collocation::Collocation(int d, int k)
       sources_(d, k * CollocationRule::kMaxStages) {}
 
 bool Collocation::Solve(double h) {
-  FindSpans();
+  FindSpans(h);
   Assemble(h);
   return SolveAccelerations();
 }
@@ -28,10 +29,27 @@ void Collocation::Propagator(double h, Matrix* step) {
   AddAccelerations(h, rule_->b, step->middleRows(d_, d_));
 }
 
-void Collocation::FindSpans() {
+/// Whether rows of rounding size would count over the step: by kRounding · kQuick of a tangent.
+bool Collocation::IsQuick(double h) const {
+  constexpr double kQuick = 3;
+  double size = 0;
+  for (int i = 0; i < rule_->stages; ++i) {
+    const auto K = nodes_.middleCols(2 * d_ * i, d_), D = nodes_.middleCols(2 * d_ * i + d_, d_);
+    size = std::max(size, h * h * K.cwiseAbs().maxCoeff() + h * D.cwiseAbs().maxCoeff());
+  }
+  return size > kQuick;
+}
+
+void Collocation::FindSpans(double h) {
   const int stages = rule_->stages, columns = stages * 2 * d_;
   const auto sources = sources_.leftCols(stages * k_);
-  if (span_.Holds(nodes_.leftCols(columns), sources)) return;
+  if (keep_where_quick_ && IsQuick(h)) {
+    span_.SetAll(d_);
+    kept_all_ = true;
+    return;
+  }
+  if (!kept_all_ && span_.Holds(nodes_.leftCols(columns), sources)) return;
+  kept_all_ = false;
   // Two mixtures: where a single [K D] has few rows, its columns depend on each other by chance.
   sample_.setZero(d_, 4 * d_);
   for (int i = 0; i < stages; ++i) {

@@ -13,6 +13,10 @@ class Collocation {
  public:
   Collocation(int d, int k);
 
+  /// Rows count as dependent by the rounding of the largest entry. Where that turns a slip that
+  /// begins in space, at up to 1e12/s, it is larger than what others hold; then all count as
+  /// independent, while |h D + h² K| is not small.
+  void KeepAllWhereQuick(bool keep) { keep_where_quick_ = keep; }
   /// Before a step: its rule.
   void SetRule(const CollocationRule& rule) { rule_ = &rule; }
   const CollocationRule& rule() const { return *rule_; }
@@ -46,7 +50,8 @@ class Collocation {
  private:
   /// Only independent rows and columns enter the linear system. What holds on one step mostly does
   /// on the next.
-  void FindSpans();
+  void FindSpans(double h);
+  bool IsQuick(double h) const;
   /// Fills the linear system for the accelerations Y_i of the tangents at the nodes,
   ///   Y_i = K_i (Q₀ + c_i h V₀ + h² Σ_j (a²)_ij Y_j) + D_i (V₀ + h Σ_j a_ij Y_j),  Q₀ = [I 0], V₀
   ///   = [0 I],
@@ -67,6 +72,8 @@ class Collocation {
   Matrix sources_;  // the variables' parts, likewise
   Matrix system_matrix_;
   JacobianSpan span_;
+  bool keep_where_quick_ = false;
+  bool kept_all_ = false;                     // on the last step, as it was quick
   const RowSpan& rows_ = span_.rows();        // R
   const RowSpan& columns_ = span_.columns();  // C
   Matrix sample_;

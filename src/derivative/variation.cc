@@ -49,6 +49,7 @@ class Propagation {
   Matrix Run(VariationStatistics* statistics, PropagationErrors* errors) {
     phi_.setIdentity(step_.rows(), step_.cols());
     if (arc_.t_begin == arc_.t_end) return phi_;
+    collocation_.KeepAllWhereQuick(jacobian_.slips_in_space());
     Begin();
     control_.Walk(begin_, field_begin_, this, statistics);
     TakeErrors(errors);
