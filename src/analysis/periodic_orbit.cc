@@ -132,8 +132,8 @@ class OrbitEquation {
     solution->parameters = values_;
     solution->system = std::move(system_);
     options_.derivative.variables = {};
-    solution->orbit = PoincareMap(*solution->system, problem_.u, problem_.section, options_)
-                          .Return(solution->x);
+    solution->orbit =
+        PoincareMap(*solution->system, problem_.u, problem_.section, options_).Return(solution->x);
     if (!BudgetEndWasTold()) return;
     std::string sentence;
     const BudgetEnd end = LookAtBudget(&sentence);

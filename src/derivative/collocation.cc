@@ -29,21 +29,19 @@ void Collocation::Propagator(double h, Matrix* step) {
   AddAccelerations(h, rule_->b, step->middleRows(d_, d_));
 }
 
-/// Whether rows of rounding size would count over the step: by kRounding · kQuick of a tangent.
-bool Collocation::IsQuick(double h) const {
-  constexpr double kQuick = 3;
-  double size = 0;
+double Collocation::Reach(double h) const {
+  double reach = 0;
   for (int i = 0; i < rule_->stages; ++i) {
     const auto K = nodes_.middleCols(2 * d_ * i, d_), D = nodes_.middleCols(2 * d_ * i + d_, d_);
-    size = std::max(size, h * h * K.cwiseAbs().maxCoeff() + h * D.cwiseAbs().maxCoeff());
+    reach = std::max(reach, h * h * K.cwiseAbs().maxCoeff() + h * D.cwiseAbs().maxCoeff());
   }
-  return size > kQuick;
+  return reach;
 }
 
 void Collocation::FindSpans(double h) {
   const int stages = rule_->stages, columns = stages * 2 * d_;
   const auto sources = sources_.leftCols(stages * k_);
-  if (keep_where_quick_ && IsQuick(h)) {
+  if (Reach(h) > quick_) {
     span_.SetAll(d_);
     kept_all_ = true;
     return;

@@ -13,10 +13,11 @@ class Collocation {
  public:
   Collocation(int d, int k);
 
-  /// Rows count as dependent by the rounding of the largest entry. Where that turns a slip that
-  /// begins in space, at up to 1e12/s, it is larger than what others hold; then all count as
-  /// independent, while |h D + h² K| is not small.
-  void KeepAllWhereQuick(bool keep) { keep_where_quick_ = keep; }
+  /// What is below RowSpan::kRounding of the largest entry counts as rounding, and is lost: over a
+  /// step kRounding · |h D + h² K| of a tangent. Where that is more than `part` of it all rows are
+  /// kept. A slip that begins in space turns at up to 1e12/s and more, a hard servo at 1e7/s: then
+  /// the largest entry is no measure of what others do.
+  void LoseAtMost(double part) { quick_ = part / RowSpan::kRounding; }
   /// Before a step: its rule.
   void SetRule(const CollocationRule& rule) { rule_ = &rule; }
   const CollocationRule& rule() const { return *rule_; }
@@ -51,7 +52,8 @@ class Collocation {
   /// Only independent rows and columns enter the linear system. What holds on one step mostly does
   /// on the next.
   void FindSpans(double h);
-  bool IsQuick(double h) const;
+  /// The largest entry of h D + h² K at the nodes, or more.
+  double Reach(double h) const;
   /// Fills the linear system for the accelerations Y_i of the tangents at the nodes,
   ///   Y_i = K_i (Q₀ + c_i h V₀ + h² Σ_j (a²)_ij Y_j) + D_i (V₀ + h Σ_j a_ij Y_j),  Q₀ = [I 0], V₀
   ///   = [0 I],
@@ -72,8 +74,8 @@ class Collocation {
   Matrix sources_;  // the variables' parts, likewise
   Matrix system_matrix_;
   JacobianSpan span_;
-  bool keep_where_quick_ = false;
-  bool kept_all_ = false;                     // on the last step, as it was quick
+  double quick_ = 0;                          // where |h D + h² K| is larger all rows are kept …
+  bool kept_all_ = false;                     // … as they were on the last step
   const RowSpan& rows_ = span_.rows();        // R
   const RowSpan& columns_ = span_.columns();  // C
   Matrix sample_;

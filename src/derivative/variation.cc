@@ -27,6 +27,9 @@ Vector Mixture(int size, int first, int count) {
 /// What a slip in space leaves of the flow law is that of the state, but for so many tolerances.
 constexpr double kLawOfTangents = 10;
 
+/// What a step may lose of a tangent to rows that count as rounding, of its tolerance.
+constexpr double kLost = 1e-2;
+
 /// Steps of the variational equation along one arc.
 class Propagation {
  public:
@@ -49,7 +52,7 @@ class Propagation {
   Matrix Run(VariationStatistics* statistics, PropagationErrors* errors) {
     phi_.setIdentity(step_.rows(), step_.cols());
     if (arc_.t_begin == arc_.t_end) return phi_;
-    collocation_.KeepAllWhereQuick(jacobian_.slips_in_space());
+    collocation_.LoseAtMost(kLost * tolerance_);
     Begin();
     control_.Walk(begin_, field_begin_, this, statistics);
     TakeErrors(errors);

@@ -52,9 +52,9 @@ class MassFactor {
 
   Eigen::LLT<Matrix> dense_;
   bool regular_ = true, sparse_ = false;
-  // Of the sparse one: column k of L is columns_ from begin_[k] to begin_[k + 1], in the rows of its
-  // chain, the coordinates that carry k, from the first to k itself. Where rows_[e] is of the chain
-  // of k, its own chain is that of k up to there.
+  // Of the sparse one: column k of L is columns_ from begin_[k] to begin_[k + 1], in the rows of
+  // its chain, the coordinates that carry k, from the first to k itself. Where rows_[e] is of the
+  // chain of k, its own chain is that of k up to there.
   std::vector<int> begin_, rows_;
   std::vector<double> columns_;
   std::vector<std::uint64_t> nonzero_;  // of M's columns, above the diagonal, one after the other

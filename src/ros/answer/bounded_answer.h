@@ -136,8 +136,9 @@ void AnswerOrEnd(double max_megabytes, Result* result, const Body& answer) {
                                " at most; ask for less in one answer");
     }
     // What came out well may hold parts that the budget has ended and that nobody looked at.
-    const bool doubtful = result->outcome == 0 ? BudgetEndWasTold()
-                          : !std::is_same_v<Result, ContactTrajectory>;  // it says what ended it
+    const bool doubtful =
+        result->outcome == 0 ? BudgetEndWasTold()
+                             : !std::is_same_v<Result, ContactTrajectory>;  // it says what ended it
     std::string sentence;
     const BudgetEnd end = doubtful ? LookAtBudget(&sentence) : BudgetEnd::kNone;
     if (end == BudgetEnd::kCancelled && result->outcome == 0) throw BudgetExceeded(end, sentence);
