@@ -112,16 +112,17 @@ def begin(draw: Callable[[int], Draft], seed: int, verdict: Verdict) -> Optional
 
 
 def settled(quotients: List[np.ndarray], b: np.ndarray, noise: List[float]) -> str:
-    """Whether quotients over falling steps agree with b: "right", "wrong", or "undecided"."""
+    """Whether quotients over falling steps agree with b: "right", "wrong", or "undecided". Those that agree with each other
+    and not with b are wrong however near they are: what is 1e-5 off in one robot is not so little in another."""
     size = 1 + float(np.linalg.norm(b))
     errors = [float(np.linalg.norm(q - b)) for q in quotients]
-    if min(errors) <= 1e-6 * size:
-        return "right"
     for k in range(len(quotients) - 2):
         change = max(float(np.linalg.norm(quotients[k] - quotients[k + 1])),
                      float(np.linalg.norm(quotients[k + 1] - quotients[k + 2])))
-        if change + noise[k + 2] < 0.1 * errors[k + 2] and errors[k + 2] > 1e-4 * size:
+        if change + noise[k + 2] < 0.1 * errors[k + 2] and errors[k + 2] > 1e-7 * size:
             return "wrong"
+    if min(errors) <= 1e-6 * size:
+        return "right"
     falling = all(a > 1.5 * b for a, b in zip(errors[:4], errors[1:5]))
     return "right" if falling or min(errors) <= 1e-4 * size else "undecided"
 
@@ -135,7 +136,7 @@ def hold_against_quotients(verdict: Verdict, what: str, told: np.ndarray, stated
         found = quotient(alpha) if alpha <= radius else None
         if found is not None:
             quotients.append(found)
-            noise.append(1e-10 * (1 + float(np.linalg.norm(told))) / alpha)
+            noise.append(1e-11 * (1 + float(np.linalg.norm(told))) / alpha)
     if len(quotients) < 4:
         verdict.counts[f"{what} with a small radius"] += 1
         return
