@@ -40,13 +40,15 @@ double Collocation::Reach(double h) const {
 
 void Collocation::FindSpans(double h) {
   const int stages = rule_->stages, columns = stages * 2 * d_;
+  const auto nodes = nodes_.leftCols(columns);
   const auto sources = sources_.leftCols(stages * k_);
-  if (Reach(h) > quick_) {
+  const double largest = nodes.cwiseAbs().maxCoeff();
+  if ((h + h * h) * largest > quick_ && Reach(h) > quick_) {
     span_.SetAll(d_);
     kept_all_ = true;
     return;
   }
-  if (!kept_all_ && span_.Holds(nodes_.leftCols(columns), sources)) return;
+  if (!kept_all_ && span_.Holds(nodes, largest, sources)) return;
   kept_all_ = false;
   // Two mixtures: where a single [K D] has few rows, its columns depend on each other by chance.
   sample_.setZero(d_, 4 * d_);
@@ -60,7 +62,7 @@ void Collocation::FindSpans(double h) {
     source_sample_.rightCols(k_) += (1 - rule_->c(i)) * Source(i);
   }
   span_.Find(sample_, source_sample_);
-  if (!span_.Holds(nodes_.leftCols(columns), sources)) span_.SetAll(d_);
+  if (!span_.Holds(nodes, largest, sources)) span_.SetAll(d_);
 }
 
 void Collocation::Assemble(double h) {

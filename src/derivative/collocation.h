@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+
 #include "collocation_rule.h"
 #include "contact_flow/types.h"
 #include "row_span.h"
@@ -16,8 +18,9 @@ class Collocation {
   /// What is below RowSpan::kRounding of the largest entry counts as rounding, and is lost: over a
   /// step kRounding · |h D + h² K| of a tangent. Where that is more than `part` of it all rows are
   /// kept. A slip that begins in space turns at up to 1e12/s and more, a hard servo at 1e7/s: then
-  /// the largest entry is no measure of what others do.
-  void LoseAtMost(double part) { quick_ = part / RowSpan::kRounding; }
+  /// the largest entry is no measure of what others do. Steps of motion that is not stiff reach
+  /// kOrdinary at most, and lose nothing that counts.
+  void LoseAtMost(double part) { quick_ = std::max(part / RowSpan::kRounding, kOrdinary); }
   /// Before a step: its rule.
   void SetRule(const CollocationRule& rule) { rule_ = &rule; }
   const CollocationRule& rule() const { return *rule_; }
@@ -49,6 +52,8 @@ class Collocation {
   void Tangent(double h, const CollocationRule::Point& point, Vector* tangent);
 
  private:
+  static constexpr double kOrdinary = 5;
+
   /// Only independent rows and columns enter the linear system. What holds on one step mostly does
   /// on the next.
   void FindSpans(double h);

@@ -127,9 +127,9 @@ void JacobianSpan::Find(const MatrixRef& sample, const MatrixRef& sources) {
   columns_.Find(&scratch_);
 }
 
-bool JacobianSpan::Holds(const MatrixRef& nodes, const MatrixRef& sources) const {
+bool JacobianSpan::Holds(const MatrixRef& nodes, double largest, const MatrixRef& sources) const {
   const int d = static_cast<int>(nodes.rows()), count = static_cast<int>(nodes.cols());
-  const double zero = RowSpan::kRounding * nodes.cwiseAbs().maxCoeff();
+  const double zero = RowSpan::kRounding * largest;
   if (!rows_.Holds(nodes.data(), 1, count, d, zero)) return false;
   if (sources.cols() > 0) {
     const double nothing = RowSpan::kRounding * sources.cwiseAbs().maxCoeff();

@@ -46,8 +46,8 @@ class JacobianSpan {
   /// Of some [K D], d×2d each, side by side; the rows also of `sources` [d×·], more
   /// right-hand sides.
   void Find(const MatrixRef& sample, const MatrixRef& sources);
-  /// Whether the same holds for others, side by side.
-  bool Holds(const MatrixRef& nodes, const MatrixRef& sources) const;
+  /// Whether the same holds for others, side by side, whose largest entry is `largest`.
+  bool Holds(const MatrixRef& nodes, double largest, const MatrixRef& sources) const;
 
  private:
   RowSpan rows_;
