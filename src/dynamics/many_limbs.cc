@@ -47,7 +47,7 @@ bool ContactDynamics::PushClearly(const VectorRef& x, const ConstraintSet& conta
 
 void ContactDynamics::InvertSparse() {
   SolveColumns(at_->delassus_factor, &at_->delassus_inverse);
-  at_->response = at_->reach;
+  at_->response = at_->reach;  // becomes M⁻¹ A_Jᵀ
   mass_factor_.SolveLTransposed(&at_->response);
   at_->momentum_map = at_->response.transpose();
   at_->force_map.noalias() = at_->delassus_inverse * at_->momentum_map;

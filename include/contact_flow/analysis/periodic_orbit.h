@@ -71,6 +71,7 @@ struct OrbitSolution {
 /// each beside its size on the first motion (OrbitSizes): `newton.tolerance` is of those, and what
 /// the iterates tell of the residual. A search also ends, as converged, where the residual is no
 /// more than what the tolerances of the runs let be known of it, and a step gains nothing.
+/// Where a budget ends just the run that is to be shown, the search counts as cancelled.
 /// Works through simultaneous touchdowns, where P is piecewise differentiable: the residual tells
 /// events apart that are 1e-13 of the period apart, and is continuous; the derivative takes those
 /// within the simultaneity tolerance as one, and has the pieces of all their orders.

@@ -39,7 +39,7 @@ class MassFactor {
   /// Finds what carries what, and whether that leaves many zeros.
   void FindChains(const Matrix& mass);
   void ComputeSparse(const Matrix& mass);
-  /// Both for some columns side by side, row by row.
+  /// L⁻¹ and L⁻ᵀ of some columns side by side, whose rows follow one another.
   template <int kColumns>
   void SolveRowsL(double* rows) const;
   template <int kColumns>
