@@ -22,8 +22,9 @@ constexpr double kBaseReach = 8;
 /// A step is held up where as many of it would not end the arc.
 constexpr double kShort = 64;
 /// Less is not asked for where a slow slip in space holds steps up: its rounding is above it, and
-/// steps that follow that are as many as one has time for.
-constexpr double kLeastHeldUp = 1e-10;
+/// steps that follow that are as many as one has time for. Four times as much, up to the other, is
+/// let pass each time that a longer step fails there.
+constexpr double kLeastHeldUp = 1e-10, kMostHeldUp = 1e-8;
 constexpr int kLongestPatience = 1024;
 constexpr long kMaxSteps = 1000000;
 constexpr double kSmallestStep = 1e-13;  // relative to the arc
@@ -89,9 +90,10 @@ bool StepControl::Learn(double error, double length, bool probe) {
 }
 
 void StepControl::NoteStiffness(bool probe, bool good, double length, double rest) {
-  if (probe) {
+  if (probe) {  // of a slip in space
     held_ = 0;
     patience_ = good ? kPatience : std::min(2 * patience_, kLongestPatience);
+    if (!good) tolerance_ = std::max(tolerance_, std::min(4 * tolerance_, kMostHeldUp));
     return;
   }
   if (!jacobian_.slips_in_space()) return;
