@@ -10,6 +10,7 @@
 
 #include "contact_flow/analysis/validity_radius.h"
 #include "contact_flow/derivative/b_derivative.h"
+#include "contact_flow/derivative/measured_errors.h"
 #include "contact_flow/derivative/start_directions.h"
 #include "contact_flow/flow/input_schedule.h"
 #include "contact_flow/flow/simulate.h"
@@ -69,6 +70,7 @@ struct Derivative {
   StartDirections directions;  // that the start of the run admits
   mutable std::mutex mutex;
   mutable std::unique_ptr<const ValidityEstimator> estimator;  // made when it is first asked
+  mutable std::unique_ptr<const MeasuredErrors> errors;        // likewise, unless it was cut short
 
   const MechanicalSystem& system() const { return run->system->get(); }
 };

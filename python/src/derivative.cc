@@ -5,7 +5,6 @@
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/cluster_reading.h"
 #include "contact_flow/derivative/finite_difference.h"
-#include "contact_flow/derivative/measured_errors.h"
 #include "convert.h"
 #include "directions.h"
 #include "unlocked.h"
@@ -179,11 +178,18 @@ py::list Modes(const Derivative& d, const py::object& w) {
   return ToNames(Quickly(d, [&] { return d.map.PerturbedModes(direction); }), d.run->description());
 }
 
-/// The error of B(w), by a second run.
+/// The error of B(w), by a second run, which serves all w.
 Vector ErrorAlong(const Derivative& d, const Vector& w) {
+  if (d.errors) return d.errors->Along(w);
   const Run& r = *d.run;
-  return MeasuredErrors(d.system(), r.x0, r.inputs, r.duration, r.options, r.trajectory, d.map)
-      .Along(w);
+  auto errors = std::make_unique<const MeasuredErrors>(d.system(), r.x0, r.inputs, r.duration,
+                                                       r.options, r.trajectory, d.map);
+  const Outcome outcome = errors->status().outcome;
+  if (outcome == Outcome::kBudgetExceeded || outcome == Outcome::kCancelled) {
+    return errors->Along(w);
+  }
+  d.errors = std::move(errors);
+  return d.errors->Along(w);
 }
 
 QuotientReport Compare(const Derivative& d, const py::object& w,
@@ -270,11 +276,16 @@ void BindDerivative(py::module_* module) {
            "`max_seconds`.")
       .def(
           "error",
-          [](const Derivative& d, const py::object& w) {
+          [](const Derivative& d, const py::object& w, double max_seconds) {
             CheckExists(d);
-            return AloneWith(d, [&, w = ToAdmitted(d, w)] { return ErrorAlong(d, w); });
+            CheckMaxSeconds(max_seconds);
+            const Vector direction = ToAdmitted(d, w);
+            return AloneWith(
+                d, [&] { return ErrorAlong(d, direction); }, max_seconds);
           },
-          py::arg("w"), "Error of B(w) [2d], absolute, measured by a second, finer run.")
+          py::arg("w"), py::arg("max_seconds") = kForever,
+          "Error of B(w) [2d], absolute, measured by a second, finer run, which the first call\n"
+          "makes; where that takes longer than `max_seconds`, estimated from the run itself.")
       .def("perturbed_modes", &Modes, py::arg("w"),
            "Names of the contacts that hold on each arc of the run perturbed along w.")
       .def("radius", &Radius, py::arg("w"), "How far along w it holds, as a ValidityRadius.")

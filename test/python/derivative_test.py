@@ -98,6 +98,17 @@ class Derivatives(unittest.TestCase):
         self.assertLess(largest(self.B.error("+body_pitch")), 100 * off + 1e-10)
         self.assertLess(self.B.trust.flow_law, 1e-6)
 
+    def test_error_without_time_for_the_second_run(self):
+        """Estimated then, and measured when there is time again."""
+        B = self.biped.simulate().derivative()
+        estimated = B.error("+body_pitch", max_seconds=1e-6)
+        measured = B.error("+body_pitch")
+        self.assertGreater(largest(estimated), 0)
+        self.assertGreater(largest(estimated - measured), 0)
+        np.testing.assert_array_equal(measured, B.error("+body_pitch", max_seconds=1e-6))  # it is there
+        with self.assertRaisesRegex(ValueError, "max_seconds"):
+            B.error("+body_pitch", max_seconds=-1)
+
     def test_error_at_the_least_tolerances(self):
         for tolerance in (1e-13, 5e-14, 1e-15):
             run = self.biped.simulate(relative_tolerance=1e-9, absolute_tolerance=tolerance)
