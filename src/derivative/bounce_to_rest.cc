@@ -14,6 +14,8 @@ namespace {
 
 /// What τ changes of the velocities; what is zero beside ε, and beside velocities.
 constexpr double kBounce = 1e-8, kNone = 1e-5, kBounceRounding = 1e-13;
+/// Accelerations that change by more than this part of the largest change are felt.
+constexpr double kFelt = 1e-9;
 /// A slip in space that begins has so many absolute tolerances.
 constexpr double kOnset = 100;
 /// How closely inequalities of words have to hold, relative.
@@ -35,10 +37,11 @@ class LastBounce {
     Measure(x_);
     dynamics_.Evaluate(x_, after_);
     held_ = dynamics_.acceleration();
-    const double speed = std::max(v_.cwiseAbs().maxCoeff(),
-                                  transition.x_minus.tail(v_.size()).cwiseAbs().maxCoeff());
+    const Vector speeds =
+        v_.cwiseAbs().cwiseMax(transition.x_minus.tail(v_.size()).cwiseAbs().eval());
     for (int j : rigid_) {
-      if (!(Slip(j).norm() > kBounceRounding * speed + kOnset * transition.absolute_tolerance)) {
+      const double rounding = kBounceRounding * SlipTerms(j, speeds);
+      if (!(Slip(j).norm() > rounding + kOnset * transition.absolute_tolerance)) {
         begins_.Insert(j);
       }
     }
@@ -47,7 +50,11 @@ class LastBounce {
     free_ = dynamics_.acceleration();
     back_ = -(terms_.jacobian.row(i_).dot(free_) + terms_.bias(i_));
     if (!(back_ > 0)) Fail("do not come back");
-    tau_ = kBounce * speed / (free_ - held_).cwiseAbs().maxCoeff();
+    // Of what the bounce moves: another part of the system may have any speed.
+    const Vector change = (free_ - held_).cwiseAbs();
+    const double least = kFelt * change.maxCoeff();
+    const double speed = (change.array() > least).select(speeds, 0.0).maxCoeff();
+    tau_ = kBounce * (speed > 0 ? speed : speeds.maxCoeff()) / change.maxCoeff();
   }
 
   /// A time that is short.
@@ -83,6 +90,16 @@ class LastBounce {
     const Friction& friction = system_.friction()[j];
     if (friction.coefficient == 0) return Vector();
     return rate_.segment(friction.row, friction.dimension);
+  }
+
+  /// The largest terms of T v of contact j where velocities are as large as these.
+  double SlipTerms(int j, const Vector& speeds) const {
+    const Friction& friction = system_.friction()[j];
+    double largest = 0;
+    for (int r = friction.row; Slip(j).size() > 0 && r < friction.row + friction.dimension; ++r) {
+      largest = std::max(largest, terms_.jacobian.row(r).cwiseAbs().dot(speeds));
+    }
+    return largest;
   }
 
   /// The contact mode of those beside i.

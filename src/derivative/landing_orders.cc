@@ -65,14 +65,14 @@ class Landing {
       }
       v = impact.result.v_plus;
       outcome->impulse += impact.result.impulse;
-      const Vector rates = Rates(v);
+      const Vector rates = Rates(v), zero = Zero(v);
       for (int j : closed) {
-        if (rates(j) > Zero(v)) closed.Erase(j);
+        if (rates(j) > zero(j)) closed.Erase(j);
       }
     }
-    const Vector rates = Rates(v);
+    const Vector rates = Rates(v), zero = Zero(v);
     for (int i : resting_ | transition_.activated) {
-      if (rates(i) < -Zero(v)) outcome->status = {Outcome::kZeno, "one is hit again"};
+      if (rates(i) < -zero(i)) outcome->status = {Outcome::kZeno, "one is hit again"};
     }
   }
 
@@ -81,7 +81,12 @@ class Landing {
     system_.Constraints(x_.head(nq_), v, &terms);
     return terms.jacobian * v;
   }
-  static double Zero(const Vector& v) { return kNoVelocity * (1 + v.cwiseAbs().maxCoeff()); }
+  /// What rates are zero below, by their own terms.
+  Vector Zero(const Vector& v) const {
+    ConstraintTerms terms;
+    system_.Constraints(x_.head(nq_), v, &terms);
+    return kNoVelocity * ((terms.jacobian.cwiseAbs() * v.cwiseAbs()).array() + 1).matrix();
+  }
 
   const MechanicalSystem& system_;
   const Transition& transition_;
@@ -96,7 +101,7 @@ Vector Beside(const MechanicalSystem& system, const Transition& transition, cons
   const int nq = system.num_positions(), d = system.dof();
   Vector w(2 * d);
   for (double& entry : w) entry = kBeside * draw();
-  w.tail(d) *= 1 + transition.x_minus.tail(d).cwiseAbs().maxCoeff();
+  w.tail(d).array() *= 1 + transition.x_minus.tail(d).array().abs();
   Vector x = system.Perturb(transition.x_minus, w);
   const InverseInertia inertia(system, x.head(nq), x.tail(d));
   std::vector<int> kept;
@@ -116,8 +121,13 @@ Vector Beside(const MechanicalSystem& system, const Transition& transition, cons
   return x;
 }
 
-/// The largest difference of a velocity between any order and all at once, relative to 1 + |v|;
-/// infinite where one is not decided.
+/// The largest difference of velocities, relative to 1 + |v_k|.
+double Relative(const Vector& v, const Vector& other) {
+  return ((other - v).array().abs() / (1 + v.array().abs())).maxCoeff();
+}
+
+/// The largest difference of velocities between any order and all at once, relative; infinite where
+/// one is not decided.
 double Apart(const Landing& landing, std::vector<int> order) {
   double apart = 0;
   try {
@@ -125,8 +135,7 @@ double Apart(const Landing& landing, std::vector<int> order) {
     do {
       const OrderOutcome outcome = landing.InOrder(order);
       if (!outcome.status.ok()) return std::numeric_limits<double>::infinity();
-      const double size = 1 + together.cwiseAbs().maxCoeff();
-      apart = std::max(apart, (outcome.v_plus - together).cwiseAbs().maxCoeff() / size);
+      apart = std::max(apart, Relative(together, outcome.v_plus));
     } while (std::next_permutation(order.begin(), order.end()));
   } catch (const FrictionRefusal&) {
     return std::numeric_limits<double>::infinity();
@@ -146,10 +155,10 @@ LandingOrders FindLandingOrders(const MechanicalSystem& system, const Transition
   do {
     OrderOutcome outcome = here.InOrder(order);
     orders.apart = std::max(orders.apart, (outcome.v_plus - together).cwiseAbs().maxCoeff());
-    orders.agree = orders.agree && outcome.status.ok();
+    const bool same = Relative(together, outcome.v_plus) <= kNoVelocity;
+    orders.agree = orders.agree && outcome.status.ok() && same;
     orders.outcomes.push_back(std::move(outcome));
   } while (std::next_permutation(order.begin(), order.end()));
-  orders.agree = orders.agree && orders.apart <= kNoVelocity * (1 + together.cwiseAbs().maxCoeff());
   std::mt19937 random(7);
   std::normal_distribution<double> normal;
   const auto draw = [&] { return normal(random); };
