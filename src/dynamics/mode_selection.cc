@@ -7,12 +7,15 @@
 #include <optional>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "contact_flow/dynamics/complementarity.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/model/row_layout.h"
+#include "coordinate_reach.h"
 #include "effort_modes.h"
+#include "felt_contacts.h"
 
 namespace contact_flow {
 namespace {
@@ -50,14 +53,15 @@ class ForceModes {
     if (system_.num_bilateral() > 0) {
       free += inertia.Correction(RowLayout(system_).Bilateral(bias));
     }
-    G_ = A * (inertia * A.transpose());
+    Matrix moved = inertia * A.transpose();
+    G_ = A * moved;
+    felt_ = FeltContacts(G_, std::move(moved));
     b_ = A * free;
     size_ = A.cwiseAbs() * free.cwiseAbs();
-    // Where forces balance, their sum does not tell how large they are: others' may.
-    const double largest = applied.cwiseAbs().maxCoeff();
+    // Where forces balance, their sum does not tell how large they are: those that are felt may.
     balance_ = Vector(rows());
     for (int row = 0; row < rows(); ++row) {
-      balance_(row) = largest / A.row(row).cwiseAbs().maxCoeff();
+      balance_(row) = felt_.Largest(row, applied) / A.row(row).cwiseAbs().maxCoeff();
       b_(row) += bias(members_[row]);
       size_(row) += std::abs(bias(members_[row]));
     }
@@ -236,10 +240,16 @@ class ForceModes {
 
   /// What rounding makes of the rates: forces that turn with the velocity.
   double RateNoise(const std::vector<int>& vanishing) {
-    double gain = 0;
-    for (int row : vanishing) gain = std::max(gain, G_(row, row));
-    return kRateRounding * gain * dynamics_.force().cwiseAbs().maxCoeff() *
-           x_.tail(system_.dof()).cwiseAbs().maxCoeff();
+    double noise = 0;
+    for (int row : vanishing) {
+      double force = 0;
+      for (int other = 0; other < rows(); ++other) {
+        if (!felt_.Feels(row, other)) continue;
+        force = std::max(force, std::abs(dynamics_.force()(members_[other])));
+      }
+      noise = std::max(noise, G_(row, row) * force);
+    }
+    return kRateRounding * noise * x_.tail(system_.dof()).cwiseAbs().maxCoeff();
   }
 
   /// Whether d²λ/dt² > 0 in mode α ∪ {row}: a central difference of dλ/dt along the motion.
@@ -247,12 +257,9 @@ class ForceModes {
     double sum = 0;
     Rate(row, &sum);
     const int d = system_.dof();
-    const double speed = x_.tail(d).cwiseAbs().maxCoeff();
-    const double acceleration = dynamics_.acceleration().cwiseAbs().maxCoeff();
-    const double step =
-        kQuotientStep * (speed > 0 && acceleration > 0 ? speed / acceleration : 1.0);
     Vector tangent(2 * d);
     tangent << x_.tail(d), dynamics_.acceleration();
+    const double step = kQuotientStep * TimeToMove(system_.space(), x_, tangent);
     std::vector<int> with = pressing_;
     with.push_back(row);
     const double after =
@@ -270,7 +277,8 @@ class ForceModes {
   std::vector<int> members_;
   Matrix G_;
   Vector b_;
-  Vector size_;                // what b is the sum of
+  Vector size_;  // what b is the sum of
+  FeltContacts felt_;
   Vector balance_;             // the largest applied force, as one of each contact
   std::vector<int> pressing_;  // α, and in the end the mode
   std::vector<double> rates_;  // of β

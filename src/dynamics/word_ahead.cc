@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "contact_flow/dynamics/inverse_inertia.h"
+#include "coordinate_reach.h"
 #include "frame_words.h"
 #include "row_units.h"
 
@@ -53,9 +54,9 @@ std::optional<WordAhead> FindWordAhead(ContactDynamics* dynamics, const Vector& 
   const MechanicalSystem& system = dynamics->system();
   const int d = system.dof();
   const Vector field = dynamics->Field(x, along).head(2 * d);
-  const double size = (1 + x.cwiseAbs().maxCoeff()) / (1e-300 + field.cwiseAbs().maxCoeff());
+  const double time = TimeToMove(system.space(), x, field);
   for (const double part : kTimesAhead) {
-    const Vector later = system.Perturb(x, part * size * field);
+    const Vector later = system.Perturb(x, part * time * field);
     if (!later.allFinite()) break;
     std::optional<WordAhead> word = OnlyWord(dynamics, later, touching, border);
     if (word) return word;

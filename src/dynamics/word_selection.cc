@@ -7,6 +7,7 @@
 #include <sstream>
 
 #include "contact_flow/dynamics/guards.h"
+#include "coordinate_reach.h"
 #include "dependent_rows.h"
 #include "frame_words.h"
 #include "friction_group.h"
@@ -311,10 +312,9 @@ class Words {
     const std::vector<Slack> now = Slacks(x, mode, varying, word.turns);
     trend.accelerations.col(0) = dynamics_.acceleration();
     const Vector field = dynamics_.Field(x, mode).head(2 * d_);
-    const double step =
-        kAhead * (1 + x_.cwiseAbs().maxCoeff()) / (1e-300 + field.cwiseAbs().maxCoeff());
+    const double ahead = kAhead * TimeToMove(system_.space(), x_, field);
     const std::vector<Slack> later =
-        Slacks(system_.Perturb(x, step * field), mode, varying, word.turns);
+        Slacks(system_.Perturb(x, ahead * field), mode, varying, word.turns);
     trend.accelerations.col(1) = dynamics_.acceleration();
     for (std::size_t k = 0; k < now.size(); ++k) {
       if (!nearly(now[k])) continue;

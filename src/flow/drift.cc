@@ -8,6 +8,7 @@
 
 #include "contact_flow/flow/flow.h"
 #include "resolution.h"
+#include "src/dynamics/coordinate_reach.h"
 #include "step_constants.h"
 
 namespace contact_flow {
@@ -17,14 +18,26 @@ double Flow::SlowDrift() const {
   return std::max(kDrift * options_.absolute_tolerance, kSlowDrift * options_.speed_tolerance);
 }
 
+namespace {
+
+/// How large the terms of gap i are at x, as far as they may round.
+double GapReach(const MechanicalSystem& system, int i, const Vector& x) {
+  ConstraintTerms terms;
+  const auto q = x.head(system.num_positions());
+  system.ConstraintsOf(ConstraintSet{i}, q, x.tail(system.dof()), &terms);
+  return ReachAlong(terms.jacobian.row(i), system.space(), q);
+}
+
+}  // namespace
+
 /// Whether contacts have left their surfaces by more than they may at x.
 bool Flow::Drifts(const Vector& x, const GapSample& sample) const {
   if (mode_.Empty()) return false;
-  const double far = x.head(system_.num_positions()).cwiseAbs().maxCoeff();
-  const double gap = std::max(kDrift * options_.absolute_tolerance, kUnits * far);
-  const double rate = SlowDrift();
+  const double gap = kDrift * options_.absolute_tolerance, rate = SlowDrift();
   for (int i : mode_ - system_.compliant()) {
-    if (std::abs(sample.gap(i)) > gap || std::abs(sample.rate(i)) > rate) return true;
+    if (std::abs(sample.rate(i)) > rate) return true;
+    const double left = std::abs(sample.gap(i));
+    if (left > gap && left > kUnits * GapReach(system_, i, x)) return true;
     if (!system_.HasFriction() || mode_.LetterOf(i) != Letter::kStick) continue;
     const Friction& friction = system_.friction()[i];
     const auto slip = sample.rate.segment(friction.row, friction.dimension);

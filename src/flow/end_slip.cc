@@ -8,6 +8,7 @@
 #include "held_apart.h"
 #include "resolution.h"
 #include "singular_slip.h"
+#include "src/dynamics/coordinate_reach.h"
 
 namespace contact_flow {
 namespace {
@@ -24,9 +25,8 @@ bool FallsOn(int guard, const Guards& guards, ContactMode mode, const Vector& x,
   const MechanicalSystem& system = dynamics->system();
   const int d = system.dof(), nq = system.num_positions();
   const Vector field = dynamics->Field(x, mode).head(2 * d);
-  const double step =
-      kLookAhead * (1 + x.cwiseAbs().maxCoeff()) / (1e-300 + field.cwiseAbs().maxCoeff());
-  const Vector later = system.Perturb(x, step * field);
+  const double ahead = kLookAhead * TimeToMove(system.space(), x, field);
+  const Vector later = system.Perturb(x, ahead * field);
   dynamics->Evaluate(later, mode);
   ConstraintTerms terms;
   system.Constraints(later.head(nq), later.tail(d), &terms);

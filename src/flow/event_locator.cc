@@ -7,6 +7,7 @@
 #include "contact_flow/budget.h"
 #include "guard_interpolant.h"
 #include "shared_guard.h"
+#include "src/dynamics/coordinate_reach.h"
 #include "step_constants.h"
 
 namespace contact_flow {
@@ -145,12 +146,12 @@ void EventLocator::SearchGaps(const ConstraintSet& gaps, bool free, LocatedEvent
   for (int i : gaps) floors_(i) = std::max(floor_, kGapNoise * std::abs(begin_->gap(i)));
   const MechanicalSystem& system = dynamics_->system();
   const auto q = stepper_->end().head(system.num_positions());
-  const double size = q.lpNorm<Eigen::Infinity>();
-  if (floor_ < kGapNoise * kLongRow * (1 + size)) {
+  if (floor_ < kGapNoise * kLongRow * (1 + q.lpNorm<Eigen::Infinity>())) {
     system.ConstraintsOf(gaps, q, stepper_->end().tail(system.dof()), &terms_);
     for (int i : gaps) {
       const double noise = margins_.low.Contains(i) ? kHeldNoise : kGapNoise;
-      floors_(i) = std::max(floors_(i), noise * size * terms_.jacobian.row(i).lpNorm<1>());
+      floors_(i) =
+          std::max(floors_(i), noise * ReachAlong(terms_.jacobian.row(i), system.space(), q));
     }
   }
   search_.Run({gaps, floors_.data(), true, !affine_, pieces, kMaxGapSamples, false, FallingOn(gaps),
@@ -193,9 +194,18 @@ void EventLocator::SearchForces(ConstraintSet members, LocatedEvent* event) {
 void EventLocator::SearchSlips(const ConstraintSet& slips, LocatedEvent* event) {
   AskBudget();
   if (!stepper_->extended()) stepper_->Extend();
-  // A slip that has just begun is zero to the rounding of velocities.
-  const double speed = stepper_->end().tail(dynamics_->system().dof()).lpNorm<Eigen::Infinity>();
-  for (int g : slips) floors_(g) = std::max(floor_, kSlipRounding * speed);
+  // A slip that has just begun is zero to the rounding of its terms.
+  const MechanicalSystem& system = dynamics_->system();
+  const Vector& x = stepper_->end();
+  const auto v = x.tail(system.dof());
+  const bool rounds = floor_ < kSlipRounding * kLongRow * v.lpNorm<Eigen::Infinity>();
+  if (rounds) system.Constraints(x.head(system.num_positions()), v, &terms_);
+  for (int g : slips) {
+    floors_(g) = floor_;
+    if (!rounds) continue;
+    const auto row = terms_.jacobian.row(system.friction()[guards_.ConstraintOf(g)].row).cwiseAbs();
+    floors_(g) = std::max(floor_, kSlipRounding * row.dot(v.cwiseAbs()));
+  }
   double unused = std::numeric_limits<double>::infinity();
   search_.Run({slips, floors_.data(), false, false, kAffinePieces, kMaxGapSamples, false}, &unused,
               event);

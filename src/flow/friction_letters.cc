@@ -32,14 +32,6 @@ constexpr double kTurned = 1e-6;
 
 }  // namespace
 
-double FrictionalResolution::SlipRounding(const Friction& friction, const Vector& v) const {
-  double rounding = 0;
-  for (int k = 0; k < friction.dimension; ++k) {
-    rounding = std::max(rounding, SlipRounding(friction.row + k, v));
-  }
-  return rounding;
-}
-
 /// Whether contact i is still, or slips, and which way.
 void FrictionalResolution::Sort(int i, const Vector& rate, const Vector& v, ConstraintSet still,
                                 TouchingContacts* contacts) const {
@@ -292,8 +284,11 @@ std::map<int, double> FrictionalResolution::SpeedsOf(
 /// ratios of their accelerations, as they depend on each other.
 void FrictionalResolution::BeginSlips(const std::map<int, Eigen::Vector2d>& directions) {
   const Transition& cluster = result_.transition;
-  const double size = kOnset * std::max(rules_.absolute_tolerance,
-                                        kRounding * cluster.x_plus.tail(d_).cwiseAbs().maxCoeff());
+  double known = rules_.absolute_tolerance;
+  for (const auto& [i, direction] : directions) {
+    known = std::max(known, SlipRounding(system_.friction()[i], cluster.x_plus.tail(d_)));
+  }
+  const double size = kOnset * known;
   std::map<int, Eigen::Vector2d> onsets;
   const std::map<int, double> speeds = SpeedsOf(directions);
   for (const auto& [i, direction] : directions) onsets[i] = size * speeds.at(i) * direction;

@@ -7,6 +7,7 @@
 
 #include "contact_flow/flow/flow.h"
 #include "guarded.h"
+#include "src/dynamics/coordinate_reach.h"
 #include "step_constants.h"
 #include "thrown_down.h"
 
@@ -97,11 +98,11 @@ void Flow::NoteGrazes(bool stepped) {
     const Vector acceleration =
         (stepped ? stepper_->end_field() : stepper_->begin_field()).tail(system_.dof());
     SampleGaps(system_, x, acceleration, &terms_, &gaps_end_);
-    const double size = x.head(system_.num_positions()).lpNorm<Eigen::Infinity>();
+    const auto q = x.head(system_.num_positions());
     for (int i : guards_.OfGaps(transition_.mode_before) - others) {
       const auto row = terms_.jacobian.row(i);
       const double floor =
-          std::max(options_.absolute_tolerance, kGapNoise * size * row.lpNorm<1>());
+          std::max(options_.absolute_tolerance, kGapNoise * ReachAlong(row, system_.space(), q));
       if (!(std::abs(gaps_end_.gap(i)) <= kTouchReach * floor)) continue;
       const double noise = NoiseOf(terms_, i, acceleration);
       const double rounding = kRateNoise * row.cwiseAbs().dot(v.cwiseAbs());

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "resolution.h"
+#include "src/dynamics/coordinate_reach.h"
 
 namespace contact_flow {
 namespace {
@@ -21,15 +22,14 @@ GuardZeros::GuardZeros(ContactDynamics* dynamics, const Vector& x, const Contact
       gradients_(dynamics, x, mode, trigger) {
   const MechanicalSystem& system = dynamics->system();
   const int d = system.dof(), nq = system.num_positions();
-  const double far = x.head(nq).cwiseAbs().maxCoeff();
+  const Vector far = CoordinateReach(system.space(), x.head(nq));
   error_ = Vector::Zero(2 * d);
   if (rules.state_error.size() > 0) {
     error_ = rules.state_error;
-    error_.head(d).array() += kUnits * far;
+    error_.head(d) += kUnits * far;
   }
   reach_.resize(2 * d);
-  reach_ << Vector::Constant(d, rules.relative_tolerance * far),
-      rules.relative_tolerance * x.tail(d).cwiseAbs();
+  reach_ << rules.relative_tolerance * far, rules.relative_tolerance * x.tail(d).cwiseAbs();
   reach_.array() += rules.absolute_tolerance;
   ConstraintTerms terms;
   system.Constraints(x.head(nq), x.tail(d), &terms);

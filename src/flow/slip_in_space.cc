@@ -10,8 +10,8 @@ namespace contact_flow {
 namespace {
 
 /// Part of the time in which a slip in space would end that a step may take, and the slip that
-/// counts as ended: relative to the velocities, to the absolute tolerance, or by the time to its
-/// end, relative to max(1, t).
+/// counts as ended: relative to the terms of its rate, to the absolute tolerance, or by the time to
+/// its end, relative to max(1, t).
 constexpr double kSlipPart = 0.5, kStopped = 1e-12, kPartOfTolerance = 1e-3, kNoSlipTime = 1e-12;
 /// A slip below the tolerance counts as ended where the contact sticks with this part of its cone
 /// to spare: near the border it would end ever more slowly, and the steps are as short as before.
@@ -21,6 +21,19 @@ constexpr double kOutgrown = 10;
 /// In an arc as young as kYoung a slip counts as ended with less time to its end: one that has just
 /// begun may lose speed while it turns into its direction. Both times are relative to max(1, t).
 constexpr double kYoung = 1e-10, kNoTimeOfYoung = 1e-13;
+/// Rows of slips are hardly longer than this.
+constexpr double kLongSlip = 100;
+
+/// Whether a slip at x, of the rows from `row` on, is none but for rounding of the velocities that
+/// it is a sum of.
+bool IsSlipRounding(const MechanicalSystem& system, const Vector& x, double slip, int row) {
+  const auto v = x.tail(system.dof());
+  if (!(slip <= kStopped * kLongSlip * v.lpNorm<Eigen::Infinity>())) return false;
+  ConstraintTerms terms;
+  system.Constraints(x.head(system.num_positions()), v, &terms);
+  const Vector sizes = terms.jacobian.middleRows<2>(row).cwiseAbs() * v.cwiseAbs();
+  return slip <= kStopped * sizes.maxCoeff();
+}
 
 }  // namespace
 
@@ -55,14 +68,13 @@ int Flow::StoppedInSpace() {
     const Eigen::Vector2d slip = gaps_end_.rate.segment<2>(row);
     const Eigen::Vector2d change = gaps_end_.acceleration.segment<2>(row);
     if (!(slip.dot(change) < 0)) continue;
-    const double speed = x_end_.tail(system_.dof()).cwiseAbs().maxCoeff();
     const double late = std::max(1.0, t_);
     const bool young = end_ - (new_arc_ ? t_ : arc_begin_) < kYoung * late;
-    const double resolved =
-        std::max({kStopped * speed, kPartOfTolerance * options_.absolute_tolerance,
-                  (young ? kNoTimeOfYoung : kNoSlipTime) * late * change.norm()});
-    const bool ended =
-        slip.norm() <= resolved || (slip.norm() <= options_.absolute_tolerance && WouldStick(i));
+    const double resolved = std::max(kPartOfTolerance * options_.absolute_tolerance,
+                                     (young ? kNoTimeOfYoung : kNoSlipTime) * late * change.norm());
+    const bool ended = slip.norm() <= resolved ||
+                       IsSlipRounding(system_, x_end_, slip.norm(), row) ||
+                       (slip.norm() <= options_.absolute_tolerance && WouldStick(i));
     if (ended) return guards_.OfFriction(i);
   }
   return -1;

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "contact_flow/dynamics/guards.h"
+#include "src/dynamics/coordinate_reach.h"
 #include "src/dynamics/implied_contacts.h"
 #include "src/dynamics/slips_in_space.h"
 #include "src/dynamics/word_ahead.h"
@@ -136,8 +137,8 @@ bool SlipsGoOn(ContactDynamics* dynamics, Vector x, ContactMode mode, ContactMod
   };
   x = begun(x, 0);
   const Vector field = dynamics->Field(x, mode).head(2 * d);
-  const double part = kAhead * (1 + x.cwiseAbs().maxCoeff());
-  const Vector later = system.Perturb(x, part / (1e-300 + field.cwiseAbs().maxCoeff()) * field);
+  const double ahead = kAhead * TimeToMove(system.space(), x, field);
+  const Vector later = system.Perturb(x, ahead * field);
   const Vector now = accelerations(x), change = accelerations(begun(later, 0)) - now;
   const double rounding = kNoChange * now.cwiseAbs().maxCoeff();
   if (directions.size() == 1) {

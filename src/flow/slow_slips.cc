@@ -19,6 +19,14 @@ constexpr double kDies = 1e-3;
 
 }  // namespace
 
+double FrictionalResolution::SlipRounding(const Friction& friction, const Vector& v) const {
+  double rounding = 0;
+  for (int k = 0; k < friction.dimension; ++k) {
+    rounding = std::max(rounding, SlipRounding(friction.row + k, v));
+  }
+  return rounding;
+}
+
 /// Slips in space that are too slow to be followed are none: others have ended them, or they end
 /// here by themselves.
 void FrictionalResolution::SetLetters(const TouchingContacts& contacts) {

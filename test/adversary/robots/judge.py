@@ -6,6 +6,7 @@ import time
 from collections import Counter
 from typing import Callable, Dict, List
 
+import beside
 import costs
 import directions
 import generate
@@ -17,7 +18,7 @@ import symmetries
 from trial import Trial, Verdict, begin
 
 JUDGES: Dict[str, Callable[[Trial], None]] = {
-    module.__name__: module.judge for module in (directions, parameters, symmetries, costs, methods, online)}
+    module.__name__: module.judge for module in (directions, parameters, symmetries, costs, methods, online, beside)}
 DRAW = {"trees": generate.draw, "machines": machines.draw}
 
 
