@@ -70,7 +70,7 @@ struct Derivative {
   StartDirections directions;  // that the start of the run admits
   mutable std::mutex mutex;
   mutable std::unique_ptr<const ValidityEstimator> estimator;  // made when it is first asked
-  mutable std::unique_ptr<const MeasuredErrors> errors;        // likewise, unless it was cut short
+  mutable std::shared_ptr<const MeasuredErrors> errors;        // likewise, unless it was cut short
 
   const MechanicalSystem& system() const { return run->system->get(); }
 };

@@ -178,18 +178,26 @@ py::list Modes(const Derivative& d, const py::object& w) {
   return ToNames(Quickly(d, [&] { return d.map.PerturbedModes(direction); }), d.run->description());
 }
 
-/// The error of B(w), by a second run, which serves all w.
-Vector ErrorAlong(const Derivative& d, const Vector& w) {
-  if (d.errors) return d.errors->Along(w);
+/// The errors of B, by a second run, which serves all w.
+std::shared_ptr<const MeasuredErrors> ErrorsOf(const Derivative& d) {
+  if (d.errors) return d.errors;
   const Run& r = *d.run;
-  auto errors = std::make_unique<const MeasuredErrors>(d.system(), r.x0, r.inputs, r.duration,
+  auto errors = std::make_shared<const MeasuredErrors>(d.system(), r.x0, r.inputs, r.duration,
                                                        r.options, r.trajectory, d.map);
   const Outcome outcome = errors->status().outcome;
-  if (outcome == Outcome::kBudgetExceeded || outcome == Outcome::kCancelled) {
-    return errors->Along(w);
-  }
-  d.errors = std::move(errors);
-  return d.errors->Along(w);
+  const bool ended = outcome == Outcome::kBudgetExceeded || outcome == Outcome::kCancelled;
+  if (!ended) d.errors = errors;
+  return errors;
+}
+
+/// `max_seconds` are those of the second run.
+Vector ErrorAlong(const Derivative& d, const py::object& w, double max_seconds) {
+  CheckExists(d);
+  CheckMaxSeconds(max_seconds);
+  const Vector direction = ToAdmitted(d, w);
+  const auto errors = AloneWith(
+      d, [&] { return ErrorsOf(d); }, max_seconds);
+  return AloneWith(d, [&] { return errors->Along(direction); });
 }
 
 QuotientReport Compare(const Derivative& d, const py::object& w,
@@ -207,7 +215,7 @@ QuotientReport Compare(const Derivative& d, const py::object& w,
   return AloneWith(d, [&] {
     return CompareWithQuotients(d.system(), factory, d.map.options.variables, run.x0, run.inputs,
                                 run.duration, direction, d.map(direction), alphas, run.options,
-                                ErrorAlong(d, direction).maxCoeff());
+                                ErrorsOf(d)->Along(direction).maxCoeff());
   });
 }
 
@@ -274,18 +282,9 @@ void BindDerivative(py::module_* module) {
            "All of it, w ↦ B(project(w)), as a PiecewiseLinearMap. NotPiecewiseLinear where it is\n"
            "none, ValueError beyond max_pieces, BudgetExceeded where it takes longer than\n"
            "`max_seconds`.")
-      .def(
-          "error",
-          [](const Derivative& d, const py::object& w, double max_seconds) {
-            CheckExists(d);
-            CheckMaxSeconds(max_seconds);
-            const Vector direction = ToAdmitted(d, w);
-            return AloneWith(
-                d, [&] { return ErrorAlong(d, direction); }, max_seconds);
-          },
-          py::arg("w"), py::arg("max_seconds") = kForever,
-          "Error of B(w) [2d], absolute, measured by a second, finer run, which the first call\n"
-          "makes; where that takes longer than `max_seconds`, estimated from the run itself.")
+      .def("error", &ErrorAlong, py::arg("w"), py::arg("max_seconds") = kForever,
+           "Error of B(w) [2d], absolute, measured by a second, finer run, which the first call\n"
+           "makes; where that takes longer than `max_seconds`, estimated from the run itself.")
       .def("perturbed_modes", &Modes, py::arg("w"),
            "Names of the contacts that hold on each arc of the run perturbed along w.")
       .def("radius", &Radius, py::arg("w"), "How far along w it holds, as a ValidityRadius.")

@@ -16,7 +16,9 @@ inline double LeastReach(const VectorRef& q) { return std::min(1.0, q.cwiseAbs()
 /// tangents [d]: |q_k|, but no less than min(1, |q|∞), which is that of turns of a rotation. One
 /// that is far away tells nothing of the others.
 inline Vector CoordinateReach(const ConfigurationSpace& space, const VectorRef& q) {
-  Vector reach = Vector::Constant(space.dof(), LeastReach(q));
+  const double least = LeastReach(q);
+  if (space.IsFlat()) return q.cwiseAbs().cwiseMax(least);
+  Vector reach = Vector::Constant(space.dof(), least);
   const std::vector<int>& lines = space.line_velocities();
   for (std::size_t k = 0; k < lines.size(); ++k) {
     if (lines[k] < 0) continue;

@@ -148,6 +148,7 @@ class Resolution {
   const ConstraintSet compliant_;
   ConstraintTerms terms_;
   Vector rate_, acceleration_, force_, force_rate_;
+  Vector far_;              // how large coordinates are, along tangents [d]
   Vector guard_error_;      // of gaps [m] and of members' forces [N], as far as it is estimated [n]
   Vector guard_reach_;      // what tolerances may grow to in them [n]
   ConstraintSet touching_;  // a_i = ȧ_i = 0 beyond J⁻ and the cluster

@@ -47,7 +47,7 @@ void Resolution::FindGuardErrors(const VectorRef& q) {
   const int n = system_.num_constraints();
   guard_error_.setZero(n);
   guard_reach_.resize(n);
-  const Vector far = CoordinateReach(system_.space(), q);
+  far_ = CoordinateReach(system_.space(), q);
   const auto speeds = transition().x_minus.tail(d_).cwiseAbs();
   Vector change(2 * d_);
   const auto along = [&](int i) {
@@ -56,11 +56,11 @@ void Resolution::FindGuardErrors(const VectorRef& q) {
   };
   if (rules_.state_error.size() > 0) {
     change = rules_.state_error;
-    change.head(d_) += kUnits * far;
+    change.head(d_) += kUnits * far_;
     change.tail(d_) += kUnits * speeds;
     for (int i = 0; i < n; ++i) guard_error_(i) = along(i);
   }
-  change.head(d_) = rules_.relative_tolerance * far;
+  change.head(d_) = rules_.relative_tolerance * far_;
   change.tail(d_) = rules_.relative_tolerance * speeds;
   change.array() += rules_.absolute_tolerance;
   for (int i = 0; i < n; ++i) guard_reach_(i) = kAccumulated * along(i);
@@ -117,7 +117,6 @@ bool Resolution::HasLetGo(int i, double rate) const {
 }
 
 void Resolution::Collect(int trigger) {
-  const Vector far = CoordinateReach(system_.space(), transition().x_minus.head(nq_));
   const double asked = rules_.simultaneity_tolerance;
   const double own = InstantError(trigger, GuardOf(trigger).rate);
   transition().tolerance = asked > 0 ? asked : kInstantErrors * own;
@@ -142,7 +141,7 @@ void Resolution::Collect(int trigger) {
       margin = std::min(margin, -slope);
     } else if (!member && !compliant_.Contains(i) && std::abs(slope) <= slow) {
       const auto row = terms_.jacobian.row(i).cwiseAbs();
-      const double floor = kRounding * row.cwiseProduct(far.transpose()).maxCoeff();
+      const double floor = kRounding * row.cwiseProduct(far_.transpose()).maxCoeff();
       const bool touches = std::abs(value) <= std::max(rules_.gap_tolerance, floor);
       if (touches && !HasLetGo(i, slope)) touching_.Insert(i);
     }

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The same robot told otherwise: contacts and efforts in another order, a world turned about the vertical, runs side by
-side in lanes. What comes out may differ by rounding, lanes not at all."""
+"""The same robot told otherwise: contacts and efforts in another order, a world turned about the vertical or moved by some
+hundred metres, runs side by side in lanes. What comes out may differ by rounding, lanes not at all."""
 import math
 from typing import Any, Callable, Optional, Sequence
 
@@ -50,6 +50,36 @@ def turned_world(draft: Draft, angle: float) -> Optional[Draft]:
         if "force" in effort:
             effort["force"] = turned(effort["force"], angle).tolist()
     return other
+
+
+def moved_world(draft: Draft, move: Sequence[float]) -> Draft:
+    """All that is fixed in the world, moved along x and y."""
+    other = draft.copy()
+    x, y = move
+    for constraint in other.yaml["constraints"].values():
+        kind = constraint["kind"]
+        if kind == "plane" and "normal" in constraint:
+            normal = np.array(constraint["normal"], float)
+            unit = normal / np.linalg.norm(normal)
+            constraint["offset"] = constraint.get("offset", 0) + float(unit[0] * x + unit[1] * y)
+        if kind == "height_field":
+            constraint["phase"] -= constraint["wave_x"] * x + constraint["wave_y"] * y
+        if kind == "height_map":
+            constraint["origin"] = [constraint["origin"][0] + x, constraint["origin"][1] + y]
+        if kind == "stairs":
+            constraint.update(first=constraint["first"] + x, last=constraint["last"] + x)
+        if kind == "box":
+            constraint["center"] = [constraint["center"][0] + x, constraint["center"][1] + y, constraint["center"][2]]
+    return other
+
+
+def moved_state(robot: cf.Robot, x: np.ndarray, move: Sequence[float]) -> np.ndarray:
+    """The state of a base that is not fixed, moved."""
+    z = np.array(x, float)
+    for name, by in zip(("base_x", "base_y"), move):
+        if name in robot.state_names:
+            z[robot.state_names.index(name)] += by
+    return z
 
 
 def turned_state(robot: cf.Robot, x: np.ndarray, angle: float) -> np.ndarray:
@@ -121,7 +151,7 @@ def try_lanes(trial: Trial) -> None:
 
 
 def judge(trial: Trial) -> None:
-    """Another order, a turned world where the base floats, and lanes."""
+    """Another order, a turned and a moved world where the base is not fixed, and lanes."""
     def same(value: Any) -> Any:
         return value
 
@@ -133,4 +163,11 @@ def judge(trial: Trial) -> None:
             hold(trial, "turned world", draft,
                  lambda x: turned_state(robot, x, angle), lambda x: turned_state(robot, x, -angle),
                  lambda w: turned_tangent(robot, w, angle), lambda w: turned_tangent(robot, w, -angle))
+    if trial.draft.yaml["base"] != "fixed":
+        rng, robot = trial.random(34), trial.robot
+        move = [float(rng.choice([-1, 1])) * 10 ** float(rng.uniform(1, 3)), 0.0]
+        if trial.draft.yaml["base"] == "floating":
+            move[1] = float(rng.normal(0, 300))
+        hold(trial, "moved world", moved_world(trial.draft, move), lambda x: moved_state(robot, x, move),
+             lambda x: moved_state(robot, x, [-move[0], -move[1]]), same, same)
     try_lanes(trial)
