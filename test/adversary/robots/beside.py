@@ -122,8 +122,11 @@ def hold(trial: Trial, kind: str, big: float, rng: np.random.Generator) -> None:
     x = robot.nominal.x.copy()
     x[here] = alone.nominal.x
     run = robot.simulate(x, draft.duration, **OPTIONS)
+    if run.status.outcome == "budget exceeded":
+        verdict.counts[f"{what} ran out of budget"] += 1
+        return
     if not run.status.ok:
-        verdict.weigh(what, run.status.outcome == "budget exceeded", run.status.message)
+        verdict.weigh(what, False, run.status.message)
         return
     end = trial.run.final_state
     apart, size = float(np.linalg.norm(run.final_state[here] - end)), 1 + float(np.linalg.norm(end))
@@ -141,7 +144,7 @@ def hold(trial: Trial, kind: str, big: float, rng: np.random.Generator) -> None:
         stated = float(np.linalg.norm(trial.derivative.error(w)) + np.linalg.norm(B.error(wide)[mine]))
     except (ValueError, RuntimeError):
         return
-    stated += B.trust.derivative_error  # rounding is another one
+    stated += trial.derivative.trust.derivative_error  # rounding is another one; the stranger's is not the robot's
     error, size = float(np.linalg.norm(other[mine] - b)), 1 + float(np.linalg.norm(b))
     verdict.weigh(f"derivative, {what}", error <= 3 * stated + APART * size,
                   f"{error:.2e} of {size - 1:.2e} apart, stated {stated:.1e}")
