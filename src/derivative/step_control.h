@@ -40,6 +40,8 @@ class StepControl {
 
   /// Σ of the estimated errors of the steps.
   double error() const { return error_; }
+  /// What a step may be wrong by: more than was asked where a slow slip in space held steps up.
+  double tolerance() const { return tolerance_; }
 
   /// Whether defects count by what a step of this rule leaves of them: see DecayedDefect.
   bool Decays(const CollocationRule& rule) const;

@@ -158,7 +158,8 @@ class Propagation {
     if (errors == nullptr) return;
     errors->relative = control_.error() + flow_law_->total();
     if (!jacobian_.slips_in_space()) return;
-    errors->relative = control_.error() + std::min(flow_law_->total(), kLawOfTangents * tolerance_);
+    const double law = kLawOfTangents * control_.tolerance();
+    errors->relative = control_.error() + std::min(flow_law_->total(), law);
     Vector entries = Mixture(step_.cols(), 0, 2 * d_).cwiseSign();
     entries.segment(d_, d_) *= jacobian_.duration();
     const double size = entries.head(2 * d_).cwiseProduct(field_first_).lpNorm<1>();
