@@ -36,7 +36,7 @@ Quantities Measure(const RobotSystem& system, const Vector& x) {
     sum.energy += 0.5 * Dot(p, body.velocity);
   }
   const Vec3<double> com = first / mass;
-  sum.energy -= mass * tree.gravity().dot(com + state.reference);
+  sum.energy -= mass * tree.gravity().dot(com + state.body.front().reference);
   sum.momentum = momentum.lin;
   sum.spin = momentum.ang - Cross(com, momentum.lin);
   for (const auto& effort : system.robot().efforts) {  // servos and springs at joints

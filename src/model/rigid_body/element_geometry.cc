@@ -118,7 +118,8 @@ void ElementGeometry::Columns(const TreeState<double>& state, const ElementMotio
   for (const Point& point : points_) {
     const Vec3<double> position = At(motion.z + row);
     for (const Mover& mover : point.movers) {
-      z_q.block<3, 1>(row, mover.column) = PointColumn(state, mover.dof, position);
+      z_q.block<3, 1>(row, mover.column) =
+          PointColumn(state, point.place.body, mover.dof, position);
     }
     row += 3;
   }
@@ -183,7 +184,7 @@ void ElementGeometry::Push(const TreeState<double>& state, const ElementMotion& 
   int row = 0;
   for (const Point& point : points_) {
     if (point.place.body >= 0) {
-      const Vec3<double> arm = At(motion.z + row) - state.reference;
+      const Vec3<double> arm = At(motion.z + row) - state.body[point.place.body].reference;
       external[point.place.body].Add(arm, At(e + row));
     }
     row += 3;

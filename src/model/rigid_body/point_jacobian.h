@@ -50,7 +50,7 @@ PointColumns<S> DifferentiatePoint(const TreeState<S>& state, int body,
   const typename TreeState<S>::Body& moved = state.body[body];
   const Spatial<S>&v_q = of_body.velocity_q, &a_q = of_body.acceleration_q,
         &a_v = of_body.acceleration_v;
-  const Vec3<S> r = motion.position - state.reference;
+  const Vec3<S> r = motion.position - moved.reference;
   const Vec3<S>& omega = moved.velocity.ang;
   PointColumns<S> columns;
   columns.jacobian = J.lin + Cross(J.ang, r);

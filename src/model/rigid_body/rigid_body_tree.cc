@@ -47,9 +47,9 @@ int RigidBodyTree::AddBody(int parent, JointKind joint, const Pose& placement,
     dof_parent_.push_back(k > 0 ? first + k - 1 : last_dof(parent));
   }
   bodies_.push_back(
-      {parent, joint, placement, inertia, num_positions_, first, dofs, first + dofs - 1});
+      {parent, joint, placement, inertia, num_positions_, first, dofs, first + dofs - 1, index});
   num_positions_ += joint == JointKind::kBall ? 4 : dofs;
-  if (reference_body_ < 0 && inertia.mass > 0) reference_body_ = index;
+  ChooseReferences();
   return index;
 }
 
@@ -59,9 +59,18 @@ void RigidBodyTree::AddInertia(int body, const BodyInertia& inertia) {
 
 void RigidBodyTree::SetInertia(int body, const BodyInertia& inertia) {
   bodies_.at(body).inertia = inertia;
-  reference_body_ = -1;
-  for (int i = num_bodies() - 1; i >= 0; --i) {
-    if (bodies_[i].inertia.mass > 0) reference_body_ = i;
+  ChooseReferences();
+}
+
+void RigidBodyTree::ChooseReferences() {
+  std::vector<int> branch(bodies_.size()), massive(bodies_.size(), -1);
+  for (int i = 0; i < num_bodies(); ++i) {
+    const int parent = bodies_[i].parent;
+    branch[i] = parent < 0 ? i : branch[parent];
+    if (massive[branch[i]] < 0 && bodies_[i].inertia.mass > 0) massive[branch[i]] = i;
+  }
+  for (int i = 0; i < num_bodies(); ++i) {
+    bodies_[i].reference = massive[branch[i]] < 0 ? branch[i] : massive[branch[i]];
   }
 }
 

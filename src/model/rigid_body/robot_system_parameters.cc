@@ -44,7 +44,7 @@ void RobotSystem::DifferentiateInertia(const NumberPlace& place, bool weight,
   const TreeState<double>::Body& body = state.body[link.body];
   const Mat3<double> rotation = body.rotation * link.pose.rotation;
   const Vec3<double> com =
-      body.position - state.reference + body.rotation * (link.pose * link.inertia.com);
+      body.position - body.reference + body.rotation * (link.pose * link.inertia.com);
   const InertiaChange change = ChangeInertia(link.inertia, place.number, rotation, com);
   const auto force = [&](const SpatialInertia<double>& inertia) {
     return inertia * body.acceleration + CrossForce(body.velocity, inertia * body.velocity);

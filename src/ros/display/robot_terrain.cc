@@ -43,7 +43,8 @@ visualization_msgs::MarkerArray RobotDisplay::Terrain() const {
   TreeState<double> state(tree);
   UpdatePositions(tree, system_.nominal().x.data(), &state);
   visualization_msgs::MarkerArray array;
-  for (const TerrainPiece& piece : TerrainNear(system_.robot(), state.reference, kSink)) {
+  for (const TerrainPiece& piece :
+       TerrainNear(system_.robot(), state.body.front().reference, kSink)) {
     Marker marker = Begin("terrain", static_cast<int>(array.markers.size()), ros::Time());
     if (piece.moves) {
       marker.header.frame_id = TerrainFrame(marker.id);

@@ -49,7 +49,7 @@ inline OracleAnswer OurAnswer(const RigidBodyTree& tree, const Vector& q, const 
   TreeFactor(tree).Solve(factor, ours.acceleration);
   const Vec3<double> position = PointPosition(state, body, point);
   for (int j = tree.last_dof(body); j >= 0; j = tree.dof_parent(j)) {
-    ours.jacobian.col(j) = PointColumn(state, j, position);
+    ours.jacobian.col(j) = PointColumn(state, body, j, position);
   }
   return ours;
 }

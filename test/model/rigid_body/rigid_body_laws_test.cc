@@ -45,7 +45,8 @@ Eigen::Matrix<S, Eigen::Dynamic, 1> Outcome(const RigidBodyTree& tree,
   std::vector<PointForces<S>> external(tree.num_bodies());
   for (PointForces<S>& sum : external) sum.SetZero();
   for (const PointForce& f : forces) {
-    const Vec3<S> r = PointPosition<S>(state, f.body, f.local.cast<S>()) - state.reference;
+    const Vec3<S> r =
+        PointPosition<S>(state, f.body, f.local.cast<S>()) - state.body[f.body].reference;
     external[f.body].Add(r, f.force.cast<S>());
   }
   const Eigen::Matrix<S, Eigen::Dynamic, 1> a = vdot.cast<S>();
@@ -172,7 +173,8 @@ TEST_P(RigidBodyLaws, DerivativesOfInverseDynamicsAndOfPoints) {
   std::vector<PointForces<double>> external(tree.num_bodies());
   for (PointForces<double>& sum : external) sum.SetZero();
   for (const PointForce& f : forces) {
-    external[f.body].Add(PointPosition(state, f.body, f.local) - state.reference, f.force);
+    external[f.body].Add(PointPosition(state, f.body, f.local) - state.body[f.body].reference,
+                         f.force);
   }
   Matrix M(n, n), tau_q(n, n), tau_v(n, n);
   Vector tau(n);
@@ -202,7 +204,7 @@ TEST_P(RigidBodyLaws, DerivativesOfInverseDynamicsAndOfPoints) {
       expected_v << Vec3<double>::Zero(), c.jacobian, c.acceleration_v;
       EXPECT_LE((expected_q - point_q).norm(), kRounding * (1 + point_q.norm()));
       EXPECT_LE((expected_v - point_v).norm(), kRounding * (1 + point_v.norm()));
-      EXPECT_LE((PointColumn(state, j, motion.position) - c.jacobian).norm(), kRounding);
+      EXPECT_LE((PointColumn(state, body, j, motion.position) - c.jacobian).norm(), kRounding);
     }
   }
 }
@@ -221,6 +223,31 @@ TEST(RigidBodyTree, LosesNoDigitsFarFromTheOrigin) {
   q.head(3) += Vec3<double>(1000, -2000, 500);
   EXPECT_LE((Outcome<double>(tree, q, v, a, {}) - near).cwiseAbs().maxCoeff(),
             1e-11 * (1 + near.cwiseAbs().maxCoeff()));
+}
+
+/// Behind a mechanism that is 1e6 m away a robot moves as alone: each branch from the world has a
+/// reference point of its own.
+TEST(RigidBodyTree, LosesNoDigitsBehindAnotherFarAway) {
+  RandomTrees random(6);
+  const RigidBodyTree alone = random.Tree(8, true);
+  const int n = alone.dof();
+  RigidBodyTree both;
+  both.set_gravity(alone.gravity());
+  both.AddBody(-1, JointKind::kPrismatic, Pose(), random.RandomInertia());
+  for (const RigidBodyTree::Body& body : alone.bodies()) {
+    both.AddBody(body.parent < 0 ? -1 : body.parent + 1, body.joint, body.placement, body.inertia);
+  }
+  const Vector q = random.Positions(alone), v = random.NormalVector(n), a = random.NormalVector(n);
+  Vector q_both(q.size() + 1), v_both(n + 1), a_both(n + 1);
+  q_both << 1e6, q;
+  v_both << 0.5, v;
+  a_both << 0.2, a;
+  PointForce force{7, random.NormalVector(3), random.NormalVector(3)};
+  const Vector expected = Outcome<double>(alone, q, v, a, {force});
+  ++force.body;
+  const Vector behind = Outcome<double>(both, q_both, v_both, a_both, {force});
+  EXPECT_LE((behind.tail(expected.size()) - expected).cwiseAbs().maxCoeff(),
+            1e-14 * (1 + expected.cwiseAbs().maxCoeff()));
 }
 
 TEST(RigidBodyTree, RefusesParentsThatDoNotExistAndTooManyFreedoms) {

@@ -16,7 +16,7 @@ void UpdateInertias(const RigidBodyTree& tree, TreeState<S>* state) {
       body.inertia = SpatialInertia<S>::Zero();
       continue;
     }
-    const Vec3<S> com = body.position - state->reference + body.rotation * inertia.com.cast<S>();
+    const Vec3<S> com = body.position - body.reference + body.rotation * inertia.com.cast<S>();
     body.inertia = PlaceInertia<S>(S(inertia.mass), inertia.central.cast<S>(), body.rotation, com);
   }
 }
@@ -25,7 +25,7 @@ void UpdateInertias(const RigidBodyTree& tree, TreeState<S>* state) {
 /// the body moves.
 template <class S>
 struct PointForces {
-  Spatial<S> force;  ///< their spatial force about the reference point
+  Spatial<S> force;  ///< their spatial force about the body's reference point
   /// w ↦ Σ r × (w × F) + Σ w × τ: by how much their moment changes less than a force fixed in the
   /// body would, when the body turns by w.
   Mat3<S> turning;

@@ -66,12 +66,11 @@ void UpdatePositions(const RigidBodyTree& tree, const S* q, TreeState<S>* state)
         break;
     }
   }
-  state->reference =
-      tree.reference_body() < 0 ? Zero3<S>() : state->body[tree.reference_body()].position;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
-    const typename TreeState<S>::Body& body = state->body[i];
+    typename TreeState<S>::Body& body = state->body[i];
+    body.reference = state->body[bodies[i].reference].position;
     typename TreeState<S>::Dof* dof = &state->dof[bodies[i].v];
-    const Vec3<S> arm = body.position - state->reference;
+    const Vec3<S> arm = body.position - body.reference;
     const auto turn = [&](int column) {
       const Vec3<S> axis = body.rotation.col(column);
       return Spatial<S>{axis, Cross(arm, axis)};
@@ -126,13 +125,13 @@ template <class S>
 inline Vec3<S> PointVelocity(const TreeState<S>& state, int body, const Vec3<S>& position) {
   if (body < 0) return Zero3<S>();
   const Spatial<S>& v = state.body[body].velocity;
-  return v.lin + Cross(v.ang, Vec3<S>(position - state.reference));
+  return v.lin + Cross(v.ang, Vec3<S>(position - state.body[body].reference));
 }
-/// ∂(velocity of the point)/∂v_j, for a j that moves its body.
+/// ∂(velocity of the body's point now at `position`)/∂v_j, for a j that moves the body.
 template <class S>
-inline Vec3<S> PointColumn(const TreeState<S>& state, int j, const Vec3<S>& position) {
+inline Vec3<S> PointColumn(const TreeState<S>& state, int body, int j, const Vec3<S>& position) {
   const Spatial<S>& axis = state.dof[j].axis;
-  return axis.lin + Cross(axis.ang, Vec3<S>(position - state.reference));
+  return axis.lin + Cross(axis.ang, Vec3<S>(position - state.body[body].reference));
 }
 /// Acceleration of the body's point now at `position`, from the body's `acceleration` as a spatial
 /// vector (without the gravity that TreeState takes off).
@@ -140,7 +139,7 @@ template <class S>
 inline Vec3<S> PointAcceleration(const TreeState<S>& state, int body,
                                  const Spatial<S>& acceleration, const Vec3<S>& position) {
   if (body < 0) return Zero3<S>();
-  const Vec3<S> arm = position - state.reference;
+  const Vec3<S> arm = position - state.body[body].reference;
   const Spatial<S>& v = state.body[body].velocity;
   return acceleration.lin + Cross(acceleration.ang, arm) +
          Cross(v.ang, Vec3<S>(v.lin + Cross(v.ang, arm)));

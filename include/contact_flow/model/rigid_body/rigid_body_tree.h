@@ -60,6 +60,10 @@ class RigidBodyTree {
     int q, v;  ///< first position and velocity index
     int num_dofs;
     int last_dof;  ///< of this body
+    /// First body with mass of its branch from the world (the branch's first if there is none):
+    /// the branch's spatial vectors are taken about its origin, so that a robot loses no digits
+    /// far from the world's origin, nor beside another mechanism that is far away.
+    int reference;
   };
 
   /// Returns the index of the new body; its numbers come after those there are. Throws
@@ -80,9 +84,6 @@ class RigidBodyTree {
   int dof_parent(int j) const { return dof_parent_[j]; }
   /// Last velocity number that moves a body, −1 for the world and what is fixed to it.
   int last_dof(int body) const { return body < 0 ? -1 : bodies_[body].last_dof; }
-  /// First body with mass: spatial vectors are taken about its origin, so that a robot loses no
-  /// digits far from the world's origin.
-  int reference_body() const { return reference_body_; }
   /// Gravitational acceleration in world axes [m/s²].
   const Vec3<double>& gravity() const { return gravity_; }
   void set_gravity(const Vec3<double>& gravity) { gravity_ = gravity; }
@@ -94,11 +95,12 @@ class RigidBodyTree {
   bool HasConstantMass() const;
 
  private:
+  void ChooseReferences();
+
   std::vector<Body> bodies_;
   std::vector<int> dof_body_;
   std::vector<int> dof_parent_;
   int num_positions_ = 0;
-  int reference_body_ = -1;
   Vec3<double> gravity_ = Vec3<double>::Zero();
 };
 

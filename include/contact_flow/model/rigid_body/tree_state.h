@@ -8,14 +8,15 @@
 namespace contact_flow {
 
 /// All that is computed about one state of a RigidBodyTree, the scratch of its algorithms: sized
-/// once, never allocating after. Every spatial vector is in world axes about `reference`, a point
-/// that is fixed in the world though chosen anew at each state. Each field says which function
-/// fills it.
+/// once, never allocating after. Every spatial vector is in world axes about the `reference` of its
+/// body, a point that is fixed in the world though chosen anew at each state, and the same for all
+/// bodies of one branch from the world. Each field says which function fills it.
 template <class S>
 struct TreeState {
   struct Body {
     Mat3<S> rotation;             ///< body to world axes (UpdatePositions)
     Vec3<S> position;             ///< of the body's origin in the world [m] (UpdatePositions)
+    Vec3<S> reference;            ///< point of its spatial vectors [m] (UpdatePositions)
     Spatial<S> velocity;          ///< (UpdateVelocities)
     Spatial<S> acceleration;      ///< less gravity (UpdateAccelerations)
     SpatialInertia<S> inertia;    ///< of the body alone (UpdateInertias)
@@ -30,7 +31,6 @@ struct TreeState {
 
   explicit TreeState(const RigidBodyTree& tree) : body(tree.num_bodies()), dof(tree.dof()) {}
 
-  Vec3<S> reference;
   std::vector<Body> body;
   std::vector<Dof> dof;
 };
