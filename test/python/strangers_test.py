@@ -20,12 +20,12 @@ for options in (OPTIONS, DERIVATIVE):
 class Strangers(unittest.TestCase):
     """Random robots that moved otherwise beside these strangers."""
 
-    def stand(self, draw, seed, kind, big):
+    def stand(self, draw, seed, kind, big, prefix=beside.BEHIND):
         """What is contradicted, and what is counted."""
         verdict = Verdict()
         trial = begin(draw, seed, verdict)
         self.assertIsNotNone(trial, verdict)
-        beside.hold(trial, kind, big, trial.random(71))
+        beside.hold(trial, kind, big, trial.random(71), prefix)
         self.assertEqual([], verdict.contradictions)
         self.assertEqual(1, verdict.counts[f"beside {kind} right"], verdict.counts)
         return verdict.counts

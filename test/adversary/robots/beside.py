@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The same robot with a stranger beside it, which it never touches: heavy, light, fast, far, stiff, pressed, sliding,
-spinning, bouncing. It moves as it does alone, and neither follows the other to first order."""
+spinning, bouncing, or meeting something when the robot does. It moves as it does alone, and neither follows the other to first order."""
 import re
+from dataclasses import dataclass
 from typing import Any, Callable, Dict, List
 
 import numpy as np
@@ -12,6 +13,7 @@ from trial import DERIVATIVE, OPTIONS, Trial
 
 APART = 1e-7  # of states and derivatives, times their size
 GROUND = "beside_ground"
+BEHIND, BEFORE = "s", "a"  # names of joints in their order: the robot's first one is called base
 
 
 def _joint(name: str, kind: str, parent: str, child: str, axis: str) -> str:
@@ -19,67 +21,100 @@ def _joint(name: str, kind: str, parent: str, child: str, axis: str) -> str:
             '<limit lower="-1e9" upper="1e9" effort="9" velocity="9"/></joint>\n')
 
 
-def _body(name: str, mass: float, kind: str, axis: str, parent: str = GROUND) -> str:
-    """A link on a joint of the stranger."""
-    return (f'<link name="{name}_body"><inertial><mass value="{mass!r}"/><inertia ixx="{mass!r}" iyy="{mass!r}" '
-            f'izz="{mass!r}" ixy="0" ixz="0" iyz="0"/></inertial></link>\n' +
-            _joint(name, kind, parent, f"{name}_body", axis))
+@dataclass
+class Stranger:
+    """What a stranger is made of; its joints' names place it before the robot or behind it."""
+    prefix: str
+    yaml: Dict[str, Any]
+    big: float
+    rng: np.random.Generator
+    instants: List[float]  # of the robot's events [s]
+
+    def body(self, name: str, mass: float, kind: str, axis: str, parent: str = GROUND) -> str:
+        """A link on a joint of the stranger."""
+        name = self.prefix + name
+        return (f'<link name="{name}_body"><inertial><mass value="{mass!r}"/><inertia ixx="{mass!r}" iyy="{mass!r}" '
+                f'izz="{mass!r}" ixy="0" ixz="0" iyz="0"/></inertial></link>\n' +
+                _joint(name, kind, parent, f"{name}_body", axis))
+
+    def start(self, name: str, position: float = 0.0, velocity: float = 0.0) -> None:
+        """Where a joint of it is and how fast."""
+        self.yaml["nominal"]["positions"][self.prefix + name] = position
+        self.yaml["nominal"]["velocities"][self.prefix + name] = velocity
+
+    def constrain(self, **constraint: Any) -> None:
+        """Its only constraint."""
+        self.yaml["constraints"]["stranger"] = constraint
 
 
-def _falling(mass: float) -> Callable[..., str]:
-    return lambda *_: _body("sz", mass, "prismatic", "0 0 1")
+def _heavy(s: Stranger) -> str:
+    return s.body("z", s.big, "prismatic", "0 0 1")
 
 
-def _fast(yaml: Dict[str, Any], big: float, _: np.random.Generator) -> str:
-    yaml["nominal"]["velocities"]["sx"] = big
-    return _body("sx", 1.0, "prismatic", "1 0 0")
+def _light(s: Stranger) -> str:
+    return s.body("z", 1 / s.big, "prismatic", "0 0 1")
 
 
-def _far(yaml: Dict[str, Any], big: float, _: np.random.Generator) -> str:
-    yaml["nominal"]["positions"]["sx"] = big
-    return _body("sx", 1.0, "prismatic", "1 0 0")
+def _fast(s: Stranger) -> str:
+    s.start("x", velocity=s.big)
+    return s.body("x", 1.0, "prismatic", "1 0 0")
 
 
-def _spinning(yaml: Dict[str, Any], big: float, _: np.random.Generator) -> str:
-    yaml["nominal"]["velocities"]["sw"] = big ** 0.5
-    return _body("sw", 1.0, "continuous", "0 0.6 0.8")
+def _far(s: Stranger) -> str:
+    s.start("x", position=s.big)
+    return s.body("x", 1.0, "prismatic", "1 0 0")
 
 
-def _stiff(yaml: Dict[str, Any], big: float, _: np.random.Generator) -> str:
+def _spinning(s: Stranger) -> str:
+    s.start("w", velocity=s.big ** 0.5)
+    return s.body("w", 1.0, "continuous", "0 0.6 0.8")
+
+
+def _stiff(s: Stranger) -> str:
     """Swings to its rest while the robot moves."""
-    yaml["nominal"]["positions"]["sx"] = 0.1
-    yaml["efforts"]["stranger"] = {"kind": "joint_spring", "joint": "sx", "stiffness": big, "damping": 2 * big ** 0.5}
-    return _body("sx", 1.0, "prismatic", "1 0 0")
+    s.start("x", position=0.1)
+    s.yaml["efforts"]["stranger"] = {"kind": "joint_spring", "joint": f"{s.prefix}x", "stiffness": s.big,
+                                     "damping": 2 * s.big ** 0.5}
+    return s.body("x", 1.0, "prismatic", "1 0 0")
 
 
-def _pressed(yaml: Dict[str, Any], big: float, _: np.random.Generator) -> str:
-    yaml["constraints"]["stranger"] = {"kind": "lower_limit", "joint": "sz", "lower": 0}
-    return _body("sz", big, "prismatic", "0 0 1")
+def _pressed(s: Stranger) -> str:
+    s.constrain(kind="lower_limit", joint=f"{s.prefix}z", lower=0)
+    return s.body("z", s.big, "prismatic", "0 0 1")
 
 
-def _bouncing(yaml: Dict[str, Any], big: float, rng: np.random.Generator) -> str:
-    yaml["constraints"]["stranger"] = {"kind": "lower_limit", "joint": "sz", "lower": 0, "restitution": 0.8}
-    yaml["nominal"]["positions"]["sz"] = float(rng.uniform(0.1, 0.3))
-    return _body("sz", float(rng.choice([big, 1 / big])), "prismatic", "0 0 1")
+def _bouncing(s: Stranger) -> str:
+    s.constrain(kind="lower_limit", joint=f"{s.prefix}z", lower=0, restitution=0.8)
+    s.start("z", position=float(s.rng.uniform(0.1, 0.3)))
+    return s.body("z", float(s.rng.choice([s.big, 1 / s.big])), "prismatic", "0 0 1")
 
 
-def _sliding(yaml: Dict[str, Any], big: float, rng: np.random.Generator) -> str:
+def _sliding(s: Stranger) -> str:
     """A box that slides on the ground, in the plane or in space, to its rest, or lies there."""
-    mass, speed = float(rng.choice([big, 1 / big, 1])), float(rng.choice([0, 1e-3, 1, 10]))
-    yaml["constraints"]["stranger"] = {"kind": "plane", "link": "sz_body", "point": [0, 0, 0], "friction": 0.5}
-    yaml["nominal"]["velocities"]["sx"] = speed
-    links = _body("sx", mass, "prismatic", "1 0 0")
-    parent = "sx_body"
-    if rng.random() < 0.5:
-        yaml["nominal"]["velocities"]["sy"] = -0.3 * speed
-        links += _body("sy", mass, "prismatic", "0 1 0", parent)
-        parent = "sy_body"
-    return links + _body("sz", mass, "prismatic", "0 0 1", parent)
+    mass, speed = float(s.rng.choice([s.big, 1 / s.big, 1])), float(s.rng.choice([0, 1e-3, 1, 10]))
+    s.constrain(kind="plane", link=f"{s.prefix}z_body", point=[0, 0, 0], friction=0.5)
+    s.start("x", velocity=speed)
+    links = s.body("x", mass, "prismatic", "1 0 0")
+    parent = f"{s.prefix}x_body"
+    if s.rng.random() < 0.5:
+        s.start("y", velocity=-0.3 * speed)
+        links += s.body("y", mass, "prismatic", "0 1 0", parent)
+        parent = f"{s.prefix}y_body"
+    return links + s.body("z", mass, "prismatic", "0 0 1", parent)
 
 
-STRANGERS: Dict[str, Callable[[Dict[str, Any], float, np.random.Generator], str]] = {
-    "fast": _fast, "far": _far, "spinning": _spinning, "stiff": _stiff, "pressed": _pressed, "bouncing": _bouncing,
-    "sliding": _sliding}
+def _meeting(s: Stranger) -> str:
+    """Hits a wall at the instant of one of the robot's events, or just beside it, and bounces or stays."""
+    instant = float(s.rng.choice(s.instants or [0.1])) + float(s.rng.choice([0, 1e-14, 1e-12, -1e-9, 1e-6]))
+    speed = float(s.rng.choice([1, s.big, 1 / s.big]))
+    s.constrain(kind="lower_limit", joint=f"{s.prefix}x", lower=0, restitution=float(s.rng.choice([0, 0.5])))
+    s.start("x", position=speed * instant, velocity=-speed)
+    return s.body("x", 1.0, "prismatic", "1 0 0")
+
+
+STRANGERS: Dict[str, Callable[[Stranger], str]] = {
+    "heavy": _heavy, "light": _light, "fast": _fast, "far": _far, "spinning": _spinning, "stiff": _stiff,
+    "pressed": _pressed, "bouncing": _bouncing, "sliding": _sliding, "meeting": _meeting}
 
 
 def rooted(draft: Draft) -> Draft:
@@ -109,11 +144,12 @@ def places(names: List[str], others: List[str]) -> List[int]:
     return [others.index(name) for name in names]
 
 
-def hold(trial: Trial, kind: str, big: float, rng: np.random.Generator) -> None:
-    """The robot beside a stranger of this kind and size, in front of the robot's contacts or behind them."""
+def hold(trial: Trial, kind: str, big: float, rng: np.random.Generator, prefix: str = BEHIND) -> None:
+    """The robot beside a stranger of this kind and size, whose contacts come before the robot's or behind them, and
+    whose coordinates do, too, by its prefix."""
     verdict, alone, what, draft = trial.verdict, trial.robot, f"beside {kind}", rooted(trial.draft)
-    make = STRANGERS.get(kind) or _falling(big if kind == "heavy" else 1 / big)
-    links = make(draft.yaml, big, rng)
+    instants = [event.t for event in trial.run.events]
+    links = STRANGERS[kind](Stranger(prefix, draft.yaml, big, rng, instants))
     if rng.random() < 0.5:
         draft.yaml["constraints"] = dict(reversed(list(draft.yaml["constraints"].items())))
     draft.urdf = draft.urdf.replace("</robot>", links + "</robot>")
@@ -155,5 +191,6 @@ def hold(trial: Trial, kind: str, big: float, rng: np.random.Generator) -> None:
 def judge(trial: Trial) -> None:
     """One stranger, drawn from the seed."""
     rng = trial.random(71)
-    kind = str(rng.choice(["heavy", "light", *STRANGERS]))
-    hold(trial, kind, 10 ** float(rng.uniform(2, 7)), rng)
+    kind = str(rng.choice(list(STRANGERS)))
+    big = 10 ** float(rng.uniform(2, 7))
+    hold(trial, kind, big, rng, str(rng.choice([BEHIND, BEFORE])))

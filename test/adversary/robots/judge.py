@@ -15,10 +15,11 @@ import methods
 import online
 import parameters
 import symmetries
+import units
 from trial import Trial, Verdict, begin
 
 JUDGES: Dict[str, Callable[[Trial], None]] = {
-    module.__name__: module.judge for module in (directions, parameters, symmetries, costs, methods, online, beside)}
+    module.__name__: module.judge for module in (directions, parameters, symmetries, costs, methods, online, beside, units)}
 DRAW = {"trees": generate.draw, "machines": machines.draw}
 
 
