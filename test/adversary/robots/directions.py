@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Directions of a derivative beside one-sided quotients, the chain rule, and other units of mass."""
+"""Directions of a derivative beside one-sided quotients, and the chain rule."""
 from typing import Any
 
 import numpy as np
 
-import contact_flow as cf
 from trial import DERIVATIVE, OPTIONS, Trial, hold_against_quotients, unit
 
 
@@ -49,27 +48,6 @@ def try_chain(trial: Trial, rng: np.random.Generator) -> None:
     trial.verdict.weigh("chain", error <= 1e-6 + 3 * stated, f"at {at} off by {error:.2e}, stated {stated:.1e}")
 
 
-def try_units(trial: Trial, w: np.ndarray) -> None:
-    """The run and one direction beside those of the same robot in other units of mass."""
-    B, verdict = trial.derivative, trial.verdict
-    b, stated = B(w), float(np.linalg.norm(B.error(w)))
-    for kilogram in (2.0 ** -30, 2.0 ** 15):
-        scaled = trial.draft.in_masses(kilogram)
-        robot = cf.Robot.from_strings(scaled.urdf, scaled.text())
-        other = robot.simulate(robot.nominal.x, scaled.duration, **OPTIONS)
-        derivative = other.derivative(**DERIVATIVE) if other.status.ok else None
-        if derivative is None or not derivative.status.ok:
-            verdict.counts["unit of mass with another outcome"] += 1
-            continue
-        apart = float(np.linalg.norm(other.final_state - trial.run.final_state))
-        error = float(np.linalg.norm(derivative(w) - b))
-        told = 3 * (stated + float(np.linalg.norm(derivative.error(w))))
-        known = 1e-7 + float(np.linalg.norm(B.trust.state_error))
-        right = apart <= known and error <= min(1e-4, 1e-6 + told) * (1 + float(np.linalg.norm(b)))
-        verdict.weigh("unit of mass", right, f"1 kg = {kilogram}: states {apart:.2e} apart, derivatives {error:.2e} of "
-                                             f"{np.linalg.norm(b):.2e}, told {told / 3:.1e}")
-
-
 def judge(trial: Trial) -> None:
     """One coordinate and two random tangents, forth and back."""
     if trial.derivative is None:
@@ -80,7 +58,3 @@ def judge(trial: Trial) -> None:
         for sign in (1, -1):
             try_direction(trial, sign * w)
     try_chain(trial, rng)
-    try:
-        try_units(trial, trial.direction(rng))
-    except (ValueError, RuntimeError):
-        trial.verdict.counts["unit of mass refused"] += 1

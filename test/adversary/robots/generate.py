@@ -3,7 +3,6 @@
 every kind, limits, closures, controllers. Nothing in them is chosen for what is known of the code."""
 import json
 import math
-import re
 from dataclasses import dataclass, field
 from typing import Any, Dict, List, Tuple
 
@@ -26,24 +25,6 @@ class Draft:
     def copy(self) -> "Draft":
         """One that shares nothing with it."""
         return Draft(self.urdf, json.loads(self.text()), self.duration, self.level, self.coupled)
-
-    def in_masses(self, unit: float) -> "Draft":
-        """The same robot where 1 kg has the number `unit`: it moves as before. A power of two rounds nothing."""
-        def scaled(match: Any) -> str:
-            return f'{match[1]}="{float(match[2]) * unit!r}"'
-
-        other = self.copy()
-        other.urdf = re.sub(r'(mass value|\bi[xyz][xyz]|friction)="([^"]*)"', scaled, self.urdf)
-        for effort in [*other.yaml["efforts"].values(), *other.yaml.get("soles", {}).values()]:
-            for key in ("stiffness", "damping", "turn_stiffness", "turn_damping", "limit", "stall", "linear", "quadratic",
-                        "mass"):
-                if key in effort:
-                    effort[key] *= unit
-            if "force" in effort:
-                effort["force"] = [force * unit for force in effort["force"]]
-        armature = other.yaml.get("joints", {}).get("armature", {})
-        armature.update({joint: inertia * unit for joint, inertia in armature.items()})
-        return other
 
 
 def _numbers(values: Any) -> str:
