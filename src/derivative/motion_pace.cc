@@ -8,7 +8,8 @@
 namespace contact_flow {
 namespace {
 
-/// A step that is longer than the one before by this is held back by it alone: the integrator's
+/// A step that is longer than the one before by this is held back by it alone, and the one before
+/// was cut short by something else, as an instant at which a reference changes: the integrator's
 /// steps grow by factors of at most 6.
 constexpr double kHeldBack = 5.9;
 /// Steps of equal length, to rounding, are equal by max_step if there are that many.
@@ -40,6 +41,8 @@ MotionPace::MotionPace(const DenseArc& dense) {
       length = k > 0 ? steps_[k - 1].length : kUnknown;  // cut by the end of the arc
     } else if (k == 0 || length > kHeldBack * dense.StepLength(k - 1)) {
       length = kUnknown;  // a guess
+    } else if (dense.StepLength(k + 1) > kHeldBack * length) {
+      length = kUnknown;  // cut short
     } else if (equal >= kMaxEqual && is_longest(k)) {
       length = kUnknown;  // max_step
     }
