@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // How a Flow chooses its integrator: the explicit one, or the implicit one where forces are stiff.
+#include <algorithm>
 #include <utility>
 
 #include "contact_flow/flow/flow.h"
@@ -13,8 +14,9 @@ constexpr int kRadauStages = 5;
 /// well; after so many in a row it does.
 constexpr double kSoft = 2;
 constexpr int kSoftSteps = 3;
-/// A slip in space of so many absolute tolerances has only begun.
-constexpr double kBegun = 1e3;
+/// A slip in space of so many absolute tolerances, or of this part of the velocities that it is a
+/// sum of, has only begun.
+constexpr double kBegun = 1e3, kBegunPart = 1e-7;
 
 }  // namespace
 
@@ -67,8 +69,11 @@ void Flow::ConsiderMethod() {
 void Flow::MeetTurns() {
   if (ProposesImplicit()) return;
   for (int i : SlidingInSpace()) {
-    const double slip = gaps_begin_.rate.segment<2>(system_.friction()[i].row).norm();
-    if (slip > kBegun * options_.absolute_tolerance) continue;
+    const int row = system_.friction()[i].row;
+    const double slip = gaps_begin_.rate.segment<2>(row).norm();
+    const auto rows = terms_.jacobian.middleRows<2>(row).cwiseAbs();
+    const double size = rows.lazyProduct(x_.tail(system_.dof()).cwiseAbs()).maxCoeff();
+    if (slip > std::max(kBegun * options_.absolute_tolerance, kBegunPart * size)) continue;
     if (!implicit_) MakeImplicit();
     for_change_ = against_change_ = 0;
     return ChangeMethod(implicit_.get());
