@@ -133,6 +133,7 @@ void Flow::BeginArc() {
 
 bool Flow::Propose(double end) {
   if (!status_.ok()) return false;
+  horizon_ = std::clamp(end, kShortestHorizon, 1.0);
   if (!arc_begun_) BeginArc();
   if (Penetrates()) return false;
   trigger_ = -1;
@@ -169,7 +170,7 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
   limit = std::min(limit, SlipInSpaceLimit());
   const double knot = TimeToKnot();
   double length = std::min({*h, limit, rest, knot});
-  if (!(length > kSmallestStep * std::max(1.0, t_)) && length < rest) {
+  if (!(length > kSmallestStep * TimeScale()) && length < rest) {
     if (EndSlipAtNode()) return true;
     StopWithoutSteps();
     return false;
@@ -200,7 +201,7 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
   }
   SampleEnd(&gaps_end_);
   misfit_ = HeldMisfit();
-  const bool apart = misfit_ > kImpliedOvershoot && length > kShortest * std::max(1.0, t_);
+  const bool apart = misfit_ > kImpliedOvershoot && length > kShortest * TimeScale();
   if (apart || OutgrowsTurn()) {
     *rejected = true;
     *h = (apart ? 0.5 : kPhantomPart) * length;

@@ -11,15 +11,16 @@ namespace {
 
 /// Part of the time in which a slip in space would end that a step may take, and the slip that
 /// counts as ended: relative to the terms of its rate, to the absolute tolerance, or by the time to
-/// its end, relative to max(1, t).
+/// its end, relative to TimeScale().
 constexpr double kSlipPart = 0.5, kStopped = 1e-12, kPartOfTolerance = 1e-3, kNoSlipTime = 1e-12;
 /// A slip below the tolerance counts as ended where the contact sticks with this part of its cone
 /// to spare: near the border it would end ever more slowly, and the steps are as short as before.
 constexpr double kSpare = 1e-9;
 /// A slip that is so many times as fast at the end of a step turns by another rate there.
 constexpr double kOutgrown = 10;
-/// In an arc as young as kYoung a slip counts as ended with less time to its end: one that has just
-/// begun may lose speed while it turns into its direction. Both times are relative to max(1, t).
+/// In an arc as young as kYoung a slip counts as ended with less time to its end, unless the
+/// contact would stick: one that has just begun may lose speed while it turns into its direction.
+/// Both times are relative to TimeScale().
 constexpr double kYoung = 1e-10, kNoTimeOfYoung = 1e-13;
 /// Rows of slips are hardly longer than this.
 constexpr double kLongSlip = 100;
@@ -68,13 +69,13 @@ int Flow::StoppedInSpace() {
     const Eigen::Vector2d slip = gaps_end_.rate.segment<2>(row);
     const Eigen::Vector2d change = gaps_end_.acceleration.segment<2>(row);
     if (!(slip.dot(change) < 0)) continue;
-    const double late = std::max(1.0, t_);
-    const bool young = end_ - (new_arc_ ? t_ : arc_begin_) < kYoung * late;
+    const bool young = end_ - (new_arc_ ? t_ : arc_begin_) < kYoung * TimeScale();
+    const double loss = TimeScale() * change.norm();
     const double resolved = std::max(kPartOfTolerance * options_.absolute_tolerance,
-                                     (young ? kNoTimeOfYoung : kNoSlipTime) * late * change.norm());
-    const bool ended = slip.norm() <= resolved ||
-                       IsSlipRounding(system_, x_end_, slip.norm(), row) ||
-                       (slip.norm() <= options_.absolute_tolerance && WouldStick(i));
+                                     (young ? kNoTimeOfYoung : kNoSlipTime) * loss);
+    const bool ended =
+        slip.norm() <= resolved || IsSlipRounding(system_, x_end_, slip.norm(), row) ||
+        (slip.norm() <= std::max(options_.absolute_tolerance, kNoSlipTime * loss) && WouldStick(i));
     if (ended) return guards_.OfFriction(i);
   }
   return -1;
