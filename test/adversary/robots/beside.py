@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The same robot with a stranger beside it, which it never touches: heavy, light, fast, far, stiff, pressed, sliding,
-spinning, bouncing, or meeting something when the robot does. It moves as it does alone, and neither follows the other to first order."""
+spinning, bouncing, or meeting something when the robot does. It moves as it does alone, and neither follows the other to
+first order."""
 import re
 from dataclasses import dataclass
 from typing import Any, Callable, Dict, List
@@ -9,7 +10,7 @@ import numpy as np
 
 import contact_flow as cf
 from generate import Draft
-from trial import DERIVATIVE, OPTIONS, Trial
+from trial import DERIVATIVE, OPTIONS, Trial, error_of
 
 APART = 1e-7  # of states and derivatives, times their size
 GROUND = "beside_ground"
@@ -177,7 +178,7 @@ def hold(trial: Trial, kind: str, big: float, rng: np.random.Generator, prefix: 
     wide[mine] = w
     try:
         b, other = trial.derivative(w), B(wide)
-        stated = float(np.linalg.norm(trial.derivative.error(w)) + np.linalg.norm(B.error(wide)[mine]))
+        stated = float(np.linalg.norm(error_of(trial.derivative, w)) + np.linalg.norm(error_of(B, wide)[mine]))
     except (ValueError, RuntimeError):
         return
     stated += trial.derivative.trust.derivative_error  # rounding is another one; the stranger's is not the robot's

@@ -4,7 +4,7 @@ from typing import Any, Dict
 
 import numpy as np
 
-from trial import OPTIONS, Trial, hold_against_quotients
+from trial import OPTIONS, Trial, error_of, hold_against_quotients
 
 
 def draw_cost(trial: Trial, rng: np.random.Generator) -> Dict[str, Any]:
@@ -38,5 +38,5 @@ def judge(trial: Trial) -> None:
         beside = run.gradient(direction=w, **cost) if run.status.ok else None
         return np.array([beside.cost - gradient.cost]) / alpha if beside else None
 
-    stated = float(np.linalg.norm(trial.derivative.error(w)))
+    stated = float(np.linalg.norm(error_of(trial.derivative, w)))
     hold_against_quotients(verdict, "cost", np.array([gradient.initial @ w]), stated, radius, quotient)

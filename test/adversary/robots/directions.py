@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from trial import DERIVATIVE, OPTIONS, Trial, hold_against_quotients, unit
+from trial import DERIVATIVE, OPTIONS, Trial, error_of, hold_against_quotients, unit
 
 
 def try_direction(trial: Trial, w: np.ndarray) -> None:
@@ -12,7 +12,7 @@ def try_direction(trial: Trial, w: np.ndarray) -> None:
     robot, B, verdict = trial.robot, trial.derivative, trial.verdict
     try:
         b = B(w)
-        stated = float(np.linalg.norm(B.error(w)))
+        stated = float(np.linalg.norm(error_of(B, w)))
         radius = float(B.radius(w))
     except (ValueError, RuntimeError):
         verdict.counts["direction refused"] += 1
@@ -44,7 +44,7 @@ def try_chain(trial: Trial, rng: np.random.Generator) -> None:
     except (ValueError, RuntimeError):
         return
     error = float(np.linalg.norm(whole - parts)) / (1 + float(np.linalg.norm(whole)))
-    stated = float(np.linalg.norm(B.error(w))) / (1 + float(np.linalg.norm(whole)))
+    stated = float(np.linalg.norm(error_of(B, w))) / (1 + float(np.linalg.norm(whole)))
     trial.verdict.weigh("chain", error <= 1e-6 + 3 * stated, f"at {at} off by {error:.2e}, stated {stated:.1e}")
 
 

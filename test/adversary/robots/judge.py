@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""judge.py FIRST COUNT [SECONDS [trees|machines] [JUDGE ...]]: holds random robots against runs beside them, which know
-nothing of derivatives, by all judges or by those named."""
+"""judge.py FIRST COUNT [SECONDS [trees|machines|linkages] [JUDGE ...]]: holds random robots against runs beside them, which
+know nothing of derivatives, by all judges or by those named."""
 import sys
 import time
 from collections import Counter
@@ -10,6 +10,7 @@ import beside
 import costs
 import directions
 import generate
+import linkages
 import machines
 import methods
 import online
@@ -20,7 +21,7 @@ from trial import Trial, Verdict, begin
 
 JUDGES: Dict[str, Callable[[Trial], None]] = {
     module.__name__: module.judge for module in (directions, parameters, symmetries, costs, methods, online, beside, units)}
-DRAW = {"trees": generate.draw, "machines": machines.draw}
+DRAW = {"trees": generate.draw, "machines": machines.draw, "linkages": linkages.draw}
 
 
 def main(words: List[str]) -> int:

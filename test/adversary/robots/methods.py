@@ -3,7 +3,7 @@
 their error, and derivatives within what both tell."""
 import numpy as np
 
-from trial import DERIVATIVE, OPTIONS, Trial
+from trial import DERIVATIVE, OPTIONS, Trial, error_of
 
 
 def judge(trial: Trial) -> None:
@@ -30,7 +30,7 @@ def judge(trial: Trial) -> None:
         w = trial.direction(rng)
         try:
             b, other = trial.derivative(w), B(w)
-            stated = float(np.linalg.norm(B.error(w)) + np.linalg.norm(trial.derivative.error(w)))
+            stated = float(np.linalg.norm(error_of(B, w)) + np.linalg.norm(error_of(trial.derivative, w)))
         except (ValueError, RuntimeError):
             continue
         apart, size = float(np.linalg.norm(other - b)), 1 + float(np.linalg.norm(b))

@@ -6,7 +6,7 @@ from typing import Any, List
 import numpy as np
 
 import contact_flow as cf
-from trial import DERIVATIVE, OPTIONS, Trial
+from trial import DERIVATIVE, OPTIONS, Trial, error_of
 
 TICKS = 40  # looks at the motion
 NEAR = 1e-4  # [s] a mark so close to an event may be on its other side
@@ -62,7 +62,7 @@ def compare_tangents(trial: Trial, tangents: Any, run: Any) -> None:
         return
     for w, told in zip(np.asarray(tangents.directions), np.asarray(tangents.tangents)):
         try:
-            expected, stated = B(w), float(np.linalg.norm(B.error(w)))
+            expected, stated = B(w), float(np.linalg.norm(error_of(B, w)))
         except (ValueError, RuntimeError):
             verdict.counts["rolling direction refused"] += 1
             continue

@@ -7,7 +7,7 @@ from typing import Any, Dict, List
 import numpy as np
 
 import contact_flow as cf
-from trial import DERIVATIVE, OPTIONS, Trial, hold_against_quotients
+from trial import DERIVATIVE, OPTIONS, Trial, error_of, hold_against_quotients
 
 NUMBERS = 4  # of a robot, by which its outcome is differentiated
 
@@ -68,7 +68,7 @@ def judge(trial: Trial) -> None:
     for name in by[:len(numbers)] + list(robot.inputs):
         for sign in "+-":
             try:
-                b, stated = B(sign + name), float(np.linalg.norm(B.error(sign + name)))
+                b, stated = B(sign + name), float(np.linalg.norm(error_of(B, sign + name)))
                 radius = float(B.radius(sign + name))
             except (ValueError, RuntimeError):
                 verdict.counts["parameter refused"] += 1

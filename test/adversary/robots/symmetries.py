@@ -8,7 +8,7 @@ import numpy as np
 
 import contact_flow as cf
 from generate import Draft
-from trial import DERIVATIVE, OPTIONS, Trial
+from trial import DERIVATIVE, OPTIONS, Trial, error_of
 
 APART = 1e-7  # of states, times their size
 
@@ -121,7 +121,7 @@ def hold(trial: Trial, what: str, draft: Draft, there: Callable[[np.ndarray], np
         return
     try:
         b, other = trial.derivative(w), tangent_back(B(tangent(w)))
-        stated = float(np.linalg.norm(trial.derivative.error(w)) + np.linalg.norm(B.error(tangent(w))))
+        stated = float(np.linalg.norm(error_of(trial.derivative, w)) + np.linalg.norm(error_of(B, tangent(w))))
     except (ValueError, RuntimeError):
         return
     error, size = float(np.linalg.norm(other - b)), 1 + float(np.linalg.norm(b))

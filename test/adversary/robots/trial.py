@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What the judges of random robots share: a robot above its ground, its run, its derivative, what is counted, and when
 quotients of runs contradict a derivative."""
+import re
 from collections import Counter
 from dataclasses import dataclass, field
 from typing import Any, Callable, List, Optional
@@ -56,6 +57,11 @@ def unit(robot: cf.Robot, w: np.ndarray) -> np.ndarray:
     return w / np.linalg.norm(w)
 
 
+def error_of(derivative: Any, w: Any) -> np.ndarray:
+    """What is told of the error of B(w), by a second run, or by estimates where that takes long."""
+    return np.asarray(derivative.error(w, max_seconds=DERIVATIVE["max_seconds"]))
+
+
 def lowered(draft: Draft, rng: np.random.Generator) -> Optional[cf.Robot]:
     """The robot with a start whose contacts are above the ground, the lowest by a little; None where it has none."""
     nominal = draft.yaml["nominal"]
@@ -81,7 +87,7 @@ def lowered(draft: Draft, rng: np.random.Generator) -> Optional[cf.Robot]:
                 constraint["center"][2] += shift
     else:
         gaps = robot.gaps(robot.nominal.x[:robot.num_positions])
-        low = min(gap for name, gap in zip(robot.constraints, gaps) if name.startswith("c"))
+        low = min(gap for name, gap in zip(robot.constraints, gaps) if re.match(r"c\d|foot", name))
         nominal["positions"]["base_z"] = round(float(1.5 - 0.97 * low + rng.uniform(0.01, 0.15)), 4)
     robot = cf.Robot.from_strings(draft.urdf, draft.text())
     gaps = robot.gaps(robot.nominal.x[:robot.num_positions])

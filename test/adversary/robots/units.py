@@ -9,10 +9,11 @@ import numpy as np
 
 import contact_flow as cf
 from generate import Draft
-from trial import DERIVATIVE, OPTIONS, TOLERANCE, Trial
+from trial import DERIVATIVE, OPTIONS, TOLERANCE, Trial, error_of
 
 NUMBER = re.compile(r"[-+.\deE]+")
 APART = 1e-6  # of states and derivatives, times their size
+AT_REST = 1e-3  # of states where there is no derivative, likewise
 # Exponents of mass, length and time of a key's value; those of an element of a joint are of a joint that slides, and of a
 # joint that turns with a length squared more.
 ELEMENT = {
@@ -60,8 +61,9 @@ class Units:
 
 
 def slides(draft: Draft, name: str) -> bool:
-    """Whether a joint, or a coordinate of the base, is a length."""
-    return name in ("base_x", "base_y", "base_z") or f'<joint name="{name}" type="prismatic"' in draft.urdf
+    """Whether a coordinate of the base, of a sole or of a joint is a length."""
+    base = name in ("base_x", "base_y", "base_z")
+    return base or "_sole_" in name or f'<joint name="{name}" type="prismatic"' in draft.urdf
 
 
 def urdf_in(units: Units, draft: Draft) -> str:
@@ -127,23 +129,23 @@ def draft_in(units: Units, draft: Draft) -> Draft:
     return other
 
 
-def lengths(robot: cf.Robot, draft: Draft, names: List[str]) -> np.ndarray:
-    """Exponents of length of coordinates; the pads of soles move along a length."""
-    return np.array([1 if slides(draft, name) or "_pad" in name or "_sole" in name else 0 for name in names])
+def lengths(draft: Draft, names: List[str]) -> np.ndarray:
+    """Exponents of length of coordinates."""
+    return np.array([length_of(draft, name) for name in names])
 
 
-def hold(trial: Trial, units: Units) -> None:
+def hold(trial: Trial, units: Units, tolerance: float = TOLERANCE) -> None:
     """The run and one direction beside those of the same robot in these units."""
     verdict, draft = trial.verdict, draft_in(units, trial.draft)
     word = f"1 kg = {units.mass:.3g}, 1 m = {units.length:.3g}, 1 s = {units.time:.3g}"
     robot = cf.Robot.from_strings(draft.urdf, draft.text())
     turns, rates = np.array(robot.state_names[:robot.num_positions]), np.array(robot.velocities)
-    position = units.length ** lengths(robot, trial.draft, list(turns)) * np.where(turns == "clock", units.time, 1.0)
-    velocity = units.length ** lengths(robot, trial.draft, list(rates)) * np.where(rates == "clock", units.time, 1.0)
+    position = units.length ** lengths(trial.draft, list(turns)) * np.where(turns == "clock", units.time, 1.0)
+    velocity = units.length ** lengths(trial.draft, list(rates)) * np.where(rates == "clock", units.time, 1.0)
     state, tangent = np.append(position, velocity / units.time), np.append(velocity, velocity / units.time)
     speed = units.length / units.time
-    options = dict(OPTIONS, absolute_tolerance=max(1e-15, TOLERANCE * min(1.0, float(state.min()))),
-                   gap_tolerance=1e-9 * min(1.0, units.length), speed_tolerance=1e-6 * min(1.0, speed))
+    options = dict(OPTIONS, absolute_tolerance=max(1e-15, tolerance * min(1, units.length, speed, 1 / units.time)),
+                   gap_tolerance=1e-9 * units.length, speed_tolerance=1e-6 * speed)
     x = robot.nominal.x
     verdict.weigh("start in units", bool(np.allclose(x / state, trial.robot.nominal.x, 1e-14, 0)), f"{word}: {x / state}")
     run = robot.simulate(x, draft.duration, **options)
@@ -153,9 +155,11 @@ def hold(trial: Trial, units: Units) -> None:
     B = run.derivative(**DERIVATIVE)
     end = trial.run.final_state
     apart, size = float(np.linalg.norm(run.final_state / state - end)), 1 + float(np.linalg.norm(end))
-    known = APART * size
     if B.status.ok and trial.derivative is not None:
-        known += 3 * float(np.linalg.norm(trial.derivative.trust.state_error) + np.linalg.norm(B.trust.state_error / tangent))
+        told = np.linalg.norm(trial.derivative.trust.state_error) + np.linalg.norm(B.trust.state_error / tangent)
+        known = APART * size + 3 * float(told)
+    else:  # bounces that are made rest, of which one run follows more
+        known = AT_REST * size
     verdict.weigh("units", apart <= known, f"{word}: states {apart:.2e} apart")
     if B.status.ok != (trial.derivative is not None):
         verdict.counts[f"units: one of two has a derivative, {B.status.outcome}"] += 1
@@ -164,7 +168,7 @@ def hold(trial: Trial, units: Units) -> None:
     w = trial.direction(trial.random(81))
     try:
         b, other = trial.derivative(w), B(tangent * w) / tangent
-        stated = float(np.linalg.norm(trial.derivative.error(w)) + np.linalg.norm(B.error(tangent * w) / tangent))
+        stated = float(np.linalg.norm(error_of(trial.derivative, w)) + np.linalg.norm(error_of(B, tangent * w) / tangent))
     except (ValueError, RuntimeError):
         verdict.counts["direction in units refused"] += 1
         return
