@@ -22,6 +22,8 @@ constexpr double kBusy = 0.2, kBusyGrowth = 1.5;
 constexpr double kSlipRounding = 1e-13;
 /// A contact that was held may be left so far from its surface, relative to |Da||q|.
 constexpr double kHeldNoise = 1e-14;
+/// A gap that has not left its floor comes back at more absolute tolerances than this, as a speed.
+constexpr double kFalls = 10;
 /// The rounding of a gap by |Da||q| is looked at where rows as long as this would make it matter.
 constexpr double kLongRow = 100;
 
@@ -38,12 +40,12 @@ void SampleGaps(const MechanicalSystem& system, const VectorRef& x, const Vector
   sample->acceleration.noalias() += terms->jacobian.lazyProduct(acceleration);
 }
 
-EventLocator::EventLocator(ContactDynamics* dynamics, double absolute_tolerance,
-                           double relative_tolerance)
+EventLocator::EventLocator(ContactDynamics* dynamics, const SimulateOptions& options)
     : dynamics_(dynamics),
       guards_(dynamics->system()),
-      floor_(absolute_tolerance),
-      relative_tolerance_(relative_tolerance),
+      floor_(options.absolute_tolerance),
+      fall_(std::max(options.speed_tolerance, kFalls * options.absolute_tolerance)),
+      relative_tolerance_(options.relative_tolerance),
       affine_(dynamics->system().HasAffineConstraints()),
       search_(
           guards_.size(),
@@ -155,7 +157,7 @@ void EventLocator::SearchGaps(const ConstraintSet& gaps, bool free, LocatedEvent
     }
   }
   search_.Run({gaps, floors_.data(), true, !affine_, pieces, kMaxGapSamples, false, FallingOn(gaps),
-               margins_.low},
+               margins_.low, fall_ * h},
               &margins_.gap, event);
   margins_.piece = std::min(h * search_.finest(), 2 * margins_.piece);
   if (static_cast<double>(search_.samples()) > kBusy * kMaxGapSamples) {

@@ -30,7 +30,7 @@ Flow::Flow(const MechanicalSystem& system, double t, const VectorRef& x, Contact
       on_manifold_(HasStateManifold(system)),
       dynamics_(system, u),
       guards_(system),
-      locator_(&dynamics_, options.absolute_tolerance, options.relative_tolerance),
+      locator_(&dynamics_, options),
       corners_(system),
       zeno_(system.num_constraints(), options.zeno_interval),
       explicit_(system.state_size(), [this](const double* y, double* ydot) { Field(y, ydot); }),

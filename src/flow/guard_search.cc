@@ -223,7 +223,9 @@ void GuardSearch::SearchHalf(int i, const Node& begin, const Node& end, double l
   const bool falls_on = end.theta == 1 && end.rate < 0 && query_->falling.Contains(i);
   const double sunk = seen_(i, kSunk);
   const double least = falls_on || sunk > floor ? sunk + kStandsStill * floor : floor;
-  if (end.value >= -least && (!dips || lower_bound > std::max(kTouchReach * floor, *margin_))) {
+  const bool comes_back = query_->low.Contains(i) && std::min(begin.rate, end.rate) < -query_->fall;
+  if (end.value >= -least && !comes_back &&
+      (!dips || lower_bound > std::max(kTouchReach * floor, *margin_))) {
     return;
   }
   const auto value_at = [&](double theta) { return ValueAt(i, theta); };
@@ -239,11 +241,12 @@ void GuardSearch::SearchHalf(int i, const Node& begin, const Node& end, double l
   const double stops[2] = {turn, end.theta};
   const double values[2] = {value_turn, end.value};
   for (int part = 0; part < 2; ++part) {
-    if (values[part] < -least) {
+    const bool passes = comes_back && value_left > 0 && values[part] < 0;
+    if (values[part] < -least || passes) {
       if (value_left > 0 && VanishesLater(i, left, stops[part])) return;
       const double root =
           value_left <= 0 ? left : Root(value_at, left, stops[part], value_left, values[part]);
-      return Report(i, root, false);
+      if (values[part] < -least || RateAt(i, root) < -query_->fall) return Report(i, root, false);
     }
     if (part == 0 && dip && query_->touches && value_turn <= kTouchReach * floor) {
       return Report(i, turn, true);

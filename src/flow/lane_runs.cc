@@ -39,7 +39,7 @@ LaneRuns::LaneRuns(const BatchRequest& request, std::unique_ptr<LaneStepper> ste
                  Eigen::Map<Vector>(xdot + d_, d_) = dynamics_.acceleration();
                }),
       guards_(system_),
-      locator_(&dynamics_, options_.absolute_tolerance, options_.relative_tolerance),
+      locator_(&dynamics_, options_),
       view_(stepper_.get(), 2 * d_),
       touchdown_(system_),
       arc_error_(system_.space()),

@@ -6,6 +6,7 @@
 
 #include <cmath>
 #include <random>
+#include <tuple>
 
 #include "src/flow/guard_interpolant.h"
 
@@ -177,6 +178,30 @@ TEST(GuardInterpolants, AFarSinusoidHasNoZero) {
     ASSERT_EQ(2, Scan(guard, std::min(0.1, 0.1 / (w * h)))) << "h " << h << ", w " << w;
   }
   EXPECT_GT(far, 1000);
+}
+
+/// A gap that was closed where the step begins, and that rises and falls all within its floor, has
+/// come back where it passes zero at more than the speed that is asked for, and nowhere else.
+TEST(GuardSearches, FindWhatComesBackWithinItsFloor) {
+  const double floor = 1e-2;
+  // 0 at 0, 0.4 and 1; the rates there are 4e-3, −2.4e-3 and 6e-3.
+  const auto gap = [](double s) { return 1e-2 * s * (s - 0.4) * (s - 1); };
+  const auto rate = [](double s) { return 1e-2 * (3 * s * s - 2.8 * s + 0.4); };
+  for (const auto& [fall, low, found] :
+       {std::tuple(2e-3, true, true), {3e-3, true, false}, {2e-3, false, false}}) {
+    GuardSearch search(1, [&](double theta, ConstraintSet, double* value, double* slope) {
+      *value = gap(theta);
+      *slope = rate(theta);
+    });
+    double margin = std::numeric_limits<double>::infinity();
+    LocatedEvent event;
+    GuardQuery query = {kOnly, &floor, false, true, 4, 1000};
+    query.low = low ? kOnly : ConstraintSet();
+    query.fall = fall;
+    search.Run(query, &margin, &event);
+    EXPECT_EQ(found, event.found) << fall;
+    if (found) EXPECT_NEAR(0.4, event.theta, 1e-9);
+  }
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/flow/guard_search.h"
+#include "contact_flow/flow/simulate.h"
 #include "contact_flow/flow/stepper.h"
 #include "contact_flow/types.h"
 
@@ -57,7 +58,8 @@ struct GuardMargins {
 /// probe sees the slope around it.
 ///
 /// A zero counts only if the guard falls below −floor after it, or below where the last event left
-/// a gap that was lower: in the step, or behind it, as a gap that is below zero tells by its rate
+/// a gap that was lower, or if a gap that has not left its floor since it was closed comes back
+/// faster than what rests: in the step, or behind it, as a gap that is below zero tells by its rate
 /// and acceleration there, and a force by having come from above its floor. The floor stands for
 /// what the integrator cannot resolve. Of a gap it is the absolute tolerance. Of a force it is the
 /// relative tolerance of the forces in the mode, as this contact would feel them, λ_j √(G_jj/G_ii),
@@ -68,7 +70,7 @@ class EventLocator {
   static constexpr double kGapExtent = 1.0 / 6, kGapExtentFree = 1.0 / 12;
   static constexpr double kForceExtent = 4.0 / 15, kForceExtentFree = 1.0 / 7;
 
-  EventLocator(ContactDynamics* dynamics, double absolute_tolerance, double relative_tolerance);
+  EventLocator(ContactDynamics* dynamics, const SimulateOptions& options);
   EventLocator(const EventLocator&) = delete;
   EventLocator& operator=(const EventLocator&) = delete;
 
@@ -124,6 +126,7 @@ class EventLocator {
   ContactDynamics* dynamics_;
   const Guards guards_;
   const double floor_;  // of gaps
+  const double fall_;   // the speed at which a gap comes back that has not left its floor [m/s]
   const double relative_tolerance_;
   const bool affine_;
   GuardSearch search_;

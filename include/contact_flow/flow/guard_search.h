@@ -37,6 +37,8 @@ struct GuardQuery {
   /// Those that have not been above their floors: their dips count only in steps that begin there.
   /// Of gaps that begin below −floor only what falls further counts.
   ConstraintSet low = {};
+  /// Of those, too, a zero counts that is passed by more than this, d/dθ: they have come back.
+  double fall = std::numeric_limits<double>::infinity();
 };
 
 /// Finds the earliest zero of some guards along a step, θ ∈ [0, 1], with guards that may be far
