@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -140,8 +141,8 @@ class Flow {
   void BeginAtRest();
   int ImpliedThatMoved(double reaches) const;
   void ForgetRisen();
-  /// What times are short beside: t, or the horizon, of at most 1 s, where that is later [s].
-  double TimeScale() const { return std::max(t_, horizon_); }
+  /// What times are short beside: |t|, or the horizon, of at most 1 s, where that is more [s].
+  double TimeScale() const { return std::max(std::abs(t_), horizon_); }
   double SlipInSpaceLimit() const;
   bool OutgrowsTurn() const;
   int StoppedInSpace();
