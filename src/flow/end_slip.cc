@@ -13,7 +13,7 @@
 namespace contact_flow {
 namespace {
 
-/// Steps over a singular slip are repeated until they are as short as this, of TimeScale().
+/// Steps over a singular slip are repeated until they are as short as this, relative to max(1, t).
 constexpr double kCrossing = 1e-10;
 /// A look ahead moves the state by this part of its size.
 constexpr double kLookAhead = 1e-6;
@@ -44,7 +44,7 @@ void Flow::NoteSlipRegularity() {
 
 /// Whether the slip becomes singular in the step that has just been made, to be approached.
 bool Flow::CrossesSingularSlip(double length) const {
-  return !(regular_slip_ < 0) && regular_end_ < 0 && length > kCrossing * TimeScale();
+  return !(regular_slip_ < 0) && regular_end_ < 0 && length > kCrossing * std::max(1.0, t_);
 }
 
 /// Where no step is small enough: the proposal is a transition at the node, most often an impact

@@ -133,7 +133,6 @@ void Flow::BeginArc() {
 
 bool Flow::Propose(double end) {
   if (!status_.ok()) return false;
-  horizon_ = std::clamp(end, kShortestHorizon, 1.0);
   if (!arc_begun_) BeginArc();
   if (Penetrates()) return false;
   trigger_ = -1;
@@ -170,7 +169,7 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
   limit = std::min(limit, SlipInSpaceLimit());
   const double knot = TimeToKnot();
   double length = std::min({*h, limit, rest, knot});
-  if (!(length > kSmallestStep * TimeScale()) && length < rest) {
+  if (!(length > kSmallestStep * std::max(1.0, t_)) && length < rest) {
     if (EndSlipAtNode()) return true;
     StopWithoutSteps();
     return false;
@@ -201,7 +200,7 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
   }
   SampleEnd(&gaps_end_);
   misfit_ = HeldMisfit();
-  const bool apart = misfit_ > kImpliedOvershoot && length > kShortest * TimeScale();
+  const bool apart = misfit_ > kImpliedOvershoot && length > kShortest * std::max(1.0, t_);
   if (apart || OutgrowsTurn()) {
     *rejected = true;
     *h = (apart ? 0.5 : kPhantomPart) * length;

@@ -19,8 +19,8 @@ namespace {
 
 /// How closely the inequalities of a word have to hold, at least.
 constexpr double kBorder = 1e-10;
-/// A slip in space that begins has this many absolute tolerances, or what it gains in this part of
-/// TransitionRules::time_scale: steps that follow its direction take less than it has lasted.
+/// A slip in space that begins has this many absolute tolerances, or what it gains in this time,
+/// relative to max(1, t): its direction is followed by steps that take less than it has lasted.
 constexpr double kOnset = 10, kOnsetTime = 1e-12;
 /// Slips of a face have the ratios of their accelerations where these have their directions, by
 /// this cosine, and the slowest gains this part of the fastest.
@@ -303,7 +303,7 @@ void FrictionalResolution::BeginSlips(const std::map<int, Eigen::Vector2d>& dire
     slowest = std::min(slowest, gain.norm());
     face = face && gain.dot(direction) > kAlong * gain.norm();
   }
-  const double least = std::max(size, kOnsetTime * rules_.time_scale * fastest);
+  const double least = std::max(size, kOnsetTime * std::max(1.0, cluster.t) * fastest);
   face = face && slowest > kSlowest * fastest;
   std::map<int, Eigen::Vector2d> none;
   for (auto& [i, onset] : onsets) {

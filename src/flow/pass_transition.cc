@@ -49,17 +49,10 @@ std::string SingularMass(const MechanicalSystem& system, const Vector& x, const 
 TransitionRules Flow::Rules() const {
   ErrorTally error = start_error_;  // of the present arc and the one before
   if (!new_arc_) error.Continue(t_ - arc_begin_, arc_error_);
-  return {options_.simultaneity_tolerance,
-          options_.speed_tolerance,
-          options_.impact_law,
-          options_.gap_tolerance,
-          options_.absolute_tolerance,
-          stalls_ >= kStallsToInsist,
-          options_.relative_tolerance,
-          options_.absolute_tolerance,
-          error.error(),
-          implied_.constraints(),
-          TimeScale()};
+  return {options_.simultaneity_tolerance, options_.speed_tolerance,    options_.impact_law,
+          options_.gap_tolerance,          options_.absolute_tolerance, stalls_ >= kStallsToInsist,
+          options_.relative_tolerance,     options_.absolute_tolerance, error.error(),
+          implied_.constraints()};
 }
 
 void Flow::Warn(Outcome code, const std::string& message) {
@@ -108,7 +101,8 @@ bool Flow::GoesOn() {
   stalls_ = again ? stalls_ + 1 : 0;
   const bool changed = transition_.mode_before != transition_.mode_after ||
                        !transition_.activated.Empty() || transition_.changes_input;
-  const bool soon = last_transition_ && t_ - *last_transition_ <= kLongestStall * TimeScale();
+  const bool soon =
+      last_transition_ && t_ - *last_transition_ <= kLongestStall * std::max(1.0, std::abs(t_));
   idle_ = soon && !changed ? idle_ + 1 : 0;
   last_trigger_ = trigger_;
   if (std::max(stalls_, idle_) <= kStallsForEach * (system_.num_constraints() + 4)) return true;

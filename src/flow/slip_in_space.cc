@@ -11,7 +11,7 @@ namespace {
 
 /// Part of the time in which a slip in space would end that a step may take, and the slip that
 /// counts as ended: relative to the terms of its rate, to the absolute tolerance, or by the time to
-/// its end, relative to TimeScale().
+/// its end, relative to max(1, t).
 constexpr double kSlipPart = 0.5, kStopped = 1e-12, kPartOfTolerance = 1e-3, kNoSlipTime = 1e-12;
 /// A slip below the tolerance counts as ended where the contact sticks with this part of its cone
 /// to spare: near the border it would end ever more slowly, and the steps are as short as before.
@@ -20,7 +20,7 @@ constexpr double kSpare = 1e-9;
 constexpr double kOutgrown = 10;
 /// In an arc as young as kYoung a slip counts as ended with less time to its end, unless the
 /// contact would stick: one that has just begun may lose speed while it turns into its direction.
-/// Both times are relative to TimeScale().
+/// Both times are relative to max(1, t).
 constexpr double kYoung = 1e-10, kNoTimeOfYoung = 1e-13;
 /// Rows of slips are hardly longer than this.
 constexpr double kLongSlip = 100;
@@ -69,8 +69,9 @@ int Flow::StoppedInSpace() {
     const Eigen::Vector2d slip = gaps_end_.rate.segment<2>(row);
     const Eigen::Vector2d change = gaps_end_.acceleration.segment<2>(row);
     if (!(slip.dot(change) < 0)) continue;
-    const bool young = end_ - (new_arc_ ? t_ : arc_begin_) < kYoung * TimeScale();
-    const double loss = TimeScale() * change.norm();
+    const double late = std::max(1.0, t_);
+    const bool young = end_ - (new_arc_ ? t_ : arc_begin_) < kYoung * late;
+    const double loss = late * change.norm();
     const double resolved = std::max(kPartOfTolerance * options_.absolute_tolerance,
                                      (young ? kNoTimeOfYoung : kNoSlipTime) * loss);
     const bool ended =

@@ -11,8 +11,8 @@
 namespace contact_flow {
 namespace {
 
-/// A slip in space that would turn, or end, within this part of TransitionRules::time_scale is
-/// none: steps take a part of it.
+/// A slip in space that would turn, or end, within this time, relative to max(1, t), is none: steps
+/// take a part of it.
 constexpr double kSlipTime = 1e-13;
 /// A slip that begins dies where it is slowed by this part of what would move without contacts.
 constexpr double kDies = 1e-3;
@@ -107,7 +107,7 @@ ConstraintSet FrictionalResolution::TooSlow(ContactMode slips, const Vector& beg
   const Vector before = terms_.jacobian * begin.tail(d_);
   const Vector rate = terms_.jacobian * cluster.x_plus.tail(d_);
   const Vector change = terms_.jacobian * dynamics_.acceleration() + terms_.bias;
-  const double time = kSlipTime * rules_.time_scale;
+  const double time = kSlipTime * std::max(1.0, cluster.t);
   for (int i : slow) {
     const int row = system_.friction()[i].row;
     const bool turned = before.segment<2>(row).norm() <= onset_;

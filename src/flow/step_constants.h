@@ -11,10 +11,8 @@ inline constexpr double kSafety = 0.8;  // measured: shorter steps, but hardly a
 inline constexpr double kFirstStep = 1.5;
 /// Of the step size (Hairer's values).
 inline constexpr double kLargestGrowth = 6, kSmallestGrowth = 1.0 / 3;
-/// Relative to Flow::TimeScale(): nothing is resolved below.
+/// Relative to max(1, t): nothing is resolved below.
 inline constexpr double kSmallestStep = 1e-14;
-/// Nor beside a horizon that is shorter [s].
-inline constexpr double kShortestHorizon = 1e-6;
 /// A step whose error is below this could be more than four times as long.
 inline constexpr double kFreeError = 1e-6;
 /// A gap that opens again this many floors above zero cannot be told from one that touches.
@@ -36,7 +34,7 @@ inline constexpr int kMaxNewton = 40;  // steps towards an event: a double zero 
 /// that was let go together with others has a speed of the order of rounding.
 inline constexpr double kStandsStill = 1e-3;
 /// A force at an event is below this part of what it was where the step began; unless the step is
-/// as short as this, relative to Flow::TimeScale(): where forces jump, they do so here.
+/// as short as this, relative to max(1, t): where forces jump, they do so here.
 inline constexpr double kPhantom = 0.1, kShortest = 1e-12;
 /// Steps that stability limits until the implicit method takes over, and those in a row that
 /// accuracy limits after which none counts (Hairer & Wanner II, Sec. IV.2: 15 and 6).

@@ -13,7 +13,7 @@ namespace {
 constexpr int kMaxCornerNewton = 12, kMaxApproaches = 8;
 /// Of a function beside its corner.
 constexpr double kCornerRounding = 1e-14;
-/// Passings this soon after the node are at it, relative to TimeScale() [s].
+/// Passings this soon after the node are at it, relative to max(1, t) [s].
 constexpr double kAtNode = 1e-13;
 /// Part of the way to a passing that is gone first. The last stages of a step onto the corner are
 /// beyond it by their errors, which fall with a high power of its length.
@@ -37,7 +37,7 @@ double Flow::StepOntoCorner(double error, double* length) {
   for (int k = 0; k < kMaxApproaches; ++k) {
     const auto zero = corners_.Locate(stepper_, u(), mode_);
     const double s = zero ? zero->theta * *length : 0;
-    if (!(s > kAtNode * TimeScale())) break;
+    if (!(s > kAtNode * std::max(1.0, std::abs(t_)))) break;
     approach_.whole = std::max(approach_.whole, whole);
     if (near) {
       approach_.onto = true;
@@ -101,7 +101,7 @@ double Flow::StepBehindCorner(double h) {
 /// From the node to the next knot of a function of time [s]; what rounding leaves is at the node.
 double Flow::TimeToKnot() const {
   const double time = corners_.TimeToKnot(x_);
-  const bool ahead = time > kAtNode * TimeScale();
+  const bool ahead = time > kAtNode * std::max(1.0, std::abs(t_));
   return ahead ? time : std::numeric_limits<double>::infinity();
 }
 

@@ -80,7 +80,7 @@ std::optional<double> Flow::StepOntoLevel(const LocatedEvent& event, double leng
     const double before = locator_.ForceAtBegin(i);
     const double none = options_.relative_tolerance * dynamics_.force().cwiseAbs().maxCoeff();
     const bool falls = least <= std::max(kPhantom * before, none);
-    const bool tells = length > kShortest * TimeScale();
+    const bool tells = length > kShortest * std::max(1.0, t_);
     if (before > 0 && !falls && tells) return std::nullopt;
   }
   return std::max(s, 0.0);

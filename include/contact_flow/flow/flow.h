@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
 #include <memory>
 #include <optional>
@@ -141,8 +139,6 @@ class Flow {
   void BeginAtRest();
   int ImpliedThatMoved(double reaches) const;
   void ForgetRisen();
-  /// What times are short beside: |t|, or the horizon, of at most 1 s, where that is more [s].
-  double TimeScale() const { return std::max(std::abs(t_), horizon_); }
   double SlipInSpaceLimit() const;
   bool OutgrowsTurn() const;
   int StoppedInSpace();
@@ -196,7 +192,6 @@ class Flow {
 
   // The node.
   double t_;
-  double horizon_ = 1;  // of the proposal, 1 s at most [s]
   Vector x_;
   ContactMode mode_;
   bool arc_begun_ = false;

@@ -26,7 +26,6 @@ struct TransitionRules {
   /// Constraints that the mode holds, their rows being combinations of its own: they touch all
   /// along, and what rate they have is rounding. Without friction.
   ConstraintSet implied;
-  double time_scale = 1;  ///< what short times are short beside [s]
 };
 
 /// A transition with what it adds to the margins, and a status that is not kOk where it
