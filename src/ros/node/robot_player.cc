@@ -226,10 +226,19 @@ void RobotPlayer::Play(const ros::TimerEvent&) {
 
 namespace {
 
-/// Calls a service of the source; throws std::runtime_error with what it answers when it refuses.
+constexpr int kCalls = 5;         // of a service whose connection breaks
+constexpr double kPatience = 10;  // for a service to be advertised, each time [s]
+
+/// Calls a service of the source, once more where its connection breaks (a machine under load);
+/// throws std::runtime_error when nothing answers, or with what it answers when it refuses.
 template <class Service>
 void AskNode(const std::string& name, Service* call) {
-  if (!ros::service::call(name, *call)) throw std::runtime_error(name + " does not answer");
+  bool answered = false;
+  for (int calls = 0; calls < kCalls && !answered && ros::ok(); ++calls) {
+    answered = ros::service::waitForService(name, ros::Duration(kPatience)) &&
+               ros::service::call(name, *call);
+  }
+  if (!answered) throw std::runtime_error(name + " does not answer");
   if (!call->response.success) throw std::runtime_error(name + ": " + call->response.message);
   if (!call->response.message.empty()) {
     ROS_INFO("%s: %s", name.c_str(), call->response.message.c_str());
