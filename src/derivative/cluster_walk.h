@@ -108,8 +108,11 @@ class FrictionalWalk {
   /// Contacts that the word lets go: with an acceleration, or without, so that whatever pulls them
   /// back finds them where they were.
   void Drop(ConstraintSet gone);
-  /// Slips in space that end at the base point, all at once: their order does not matter.
-  void StopInSpace();
+  /// Slips in space that end at the base point: before or behind what moves none of them by more
+  /// than to first order, all the same.
+  void StopInSpace(ConstraintSet stopped);
+  /// Those that no other event has ended.
+  void StopLast();
   /// Guards that are identities change the word alone: where the input changes, or ties are parted,
   /// that is looked at, as these may lead to other words.
   void FinishWord();

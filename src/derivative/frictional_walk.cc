@@ -60,7 +60,7 @@ FrictionalPath FrictionalWalk::Take() {
     if (round < limit) continue;
     throw std::domain_error("events of a perturbed run follow each other without end");
   }
-  StopInSpace();
+  StopLast();
   FinishWord();
   AddBounces();
   path_.cone = Rows();

@@ -230,9 +230,11 @@ TouchingContacts FrictionalWalk::Touching(bool moved) {
 void FrictionalWalk::SelectNext(ConstraintSet free) {
   const TouchingContacts contacts = Touching(true);
   const ConstraintSet closed = Closed();
+  const ConstraintSet slipped = SlipsInSpace(system_, mode_);
   mode_ = SelectWord(&dynamics_, point_.x(), contacts, kBorder);
   released_ = released_ | (free - mode_);
   HoldForceless(contacts, (closed & releasing_) - lifted_ - (free - mode_));
+  StopInSpace(slipped & mode_.Sticking());
   Drop(closed - mode_ - lifted_);
   landed_ = lifted_ = ConstraintSet();
 }
@@ -260,21 +262,23 @@ void FrictionalWalk::Drop(ConstraintSet gone) {
   }
 }
 
-void FrictionalWalk::StopInSpace() {
+void FrictionalWalk::StopInSpace(ConstraintSet stopped) {
+  if (stopped.Empty()) return;
+  const Matrix stop =
+      StopProjection(&dynamics_, point_.x(), mode_, stopped, point_.rate_jacobian());
+  path_.matrix = stop * path_.matrix;
+  GrowSizes(stop);
+}
+
+void FrictionalWalk::StopLast() {
   const ContactMode after = transition_.mode_after;
-  ConstraintSet stopped;
-  for (int i : transition_.mode_before) {
-    const bool in_space = system_.friction()[i].dimension == 2;
-    if (in_space && mode_.LetterOf(i) == Letter::kSlip && after.LetterOf(i) == Letter::kStick) {
-      stopped.Insert(i);
-    }
-  }
+  const ConstraintSet stopped =
+      SlipsInSpace(system_, mode_) & transition_.mode_before & after.Sticking();
   if (stopped.Empty()) return;
   point_.MoveTo(transition_.x_plus);
-  path_.matrix =
-      StopProjection(&dynamics_, point_.x(), after, stopped, point_.rate_jacobian()) * path_.matrix;
   mode_ = after;
   path_.modes.push_back(after);
+  StopInSpace(stopped);
 }
 
 void FrictionalWalk::FinishWord() {
