@@ -173,7 +173,7 @@ class StateErrors {
 
  private:
   /// The speed that slips in space are given to begin with, and what bounces that are made rest may
-  /// have changed by turning slips.
+  /// have changed: by turning slips, and while they would have lasted.
   void AddUnresolved(const Transition& transition, std::size_t k) {
     const MechanicalSystem& system = dynamics_[k]->system();
     const int d = system.dof(), nq = system.num_positions();
@@ -183,9 +183,11 @@ class StateErrors {
       const Vector push = inertia.terms().jacobian.transpose() * transition.rest_impulse;
       given += transition.turned * Vector(inertia * push).cwiseAbs();
     }
-    if (given.isZero(0)) return;
+    const Vector& rest = transition.rest_error;
     for (int j = 0; j < kProbes; ++j) {
-      probes_[j].segment(d, d) += Sign(j, 4 * k + 2, -1) * given;
+      const double sign = Sign(j, 4 * k + 2, -1);
+      if (rest.size() > 0) probes_[j].head(2 * d) += sign * rest;
+      probes_[j].segment(d, d) += sign * given;
     }
   }
   std::vector<double> Shifts(std::size_t k) const {

@@ -146,6 +146,7 @@ class FrictionalResolution {
   bool all_hit_ = false;      // no touch counts as one without speed
   double onset_ = 0;          // of the fastest slip in space that begins [m/s]
   double fastest_rise_ = 0;   // that is made rest after an impact [m/s]
+  ConstraintSet thrown_;      // that bounce meanwhile
   Vector risen_;              // rates of all rows before that
   std::vector<Vector> bounces_changes_;  // what they gain meanwhile, at most
   double bounces_last_ = 0;              // one after the other [s]

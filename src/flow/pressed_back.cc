@@ -7,6 +7,7 @@
 
 #include "contact_flow/model/driven.h"
 #include "frictional_resolution.h"
+#include "rest_error.h"
 #include "src/dynamics/implied_contacts.h"
 #include "src/dynamics/rest_impulse.h"
 
@@ -42,6 +43,7 @@ ConstraintSet FrictionalResolution::PressedBack(const Vector& rate, ConstraintSe
   risen_ = rate;
   bounces_changes_.clear();
   bounces_last_ = 0;
+  thrown_ = back;
   while (true) {
     try {
       WordConventions by;
@@ -60,6 +62,7 @@ ConstraintSet FrictionalResolution::PressedBack(const Vector& rate, ConstraintSe
       SortRising(i, rate, v, rate(i), &still, &resting);
     }
     if (back == before) return back;
+    thrown_ = back;
     bounces_changes_.push_back(longest * acceleration);
     bounces_last_ += longest;
   }
@@ -139,6 +142,7 @@ void FrictionalResolution::Rest(const std::map<int, Eigen::Vector2d>& onsets) {
   MakeRest(system_, resting_, onsets, &x);
   result_.transition.energy_lost +=
       KineticEnergy(inertia.mass(), v) - KineticEnergy(inertia.mass(), x.tail(d_));
+  AddRestError(bounces_last_, thrown_, x.tail(d_) - v, &result_.transition);
 }
 
 }  // namespace contact_flow
