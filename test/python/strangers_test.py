@@ -44,6 +44,13 @@ class Strangers(unittest.TestCase):
         """To 1e-12 of where the stranger was, events followed each other without time between them."""
         self.stand(machines.draw, 24, "far", 304)
 
+    def test_a_slip_in_space_ends_as_something_else_hits(self):
+        """What had been left of the slip was not taken from the tangents: 0.64 of 31 off."""
+        verdict = Verdict()
+        beside.judge(begin(generate.draw, 30, verdict))  # meeting a wall with one of its events
+        self.assertEqual([], verdict.contradictions)
+        self.assertEqual(1, verdict.counts["derivative, beside meeting right"], verdict.counts)
+
 
 if __name__ == "__main__":
     case.main()
