@@ -15,12 +15,15 @@ import machines
 import methods
 import online
 import parameters
+import returns
+import schedules
 import symmetries
 import units
 from trial import Trial, Verdict, begin
 
 JUDGES: Dict[str, Callable[[Trial], None]] = {
-    module.__name__: module.judge for module in (directions, parameters, symmetries, costs, methods, online, beside, units)}
+    module.__name__: module.judge for module in (directions, parameters, schedules, returns, symmetries, costs, methods, online,
+                                               beside, units)}
 DRAW = {"trees": generate.draw, "machines": machines.draw, "linkages": linkages.draw}
 
 
