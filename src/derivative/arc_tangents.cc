@@ -3,6 +3,7 @@
 
 #include <stdexcept>
 
+#include "cost_rate.h"
 #include "propagation_verdict.h"
 
 namespace contact_flow {
@@ -18,13 +19,7 @@ ArcTangents::ArcTangents(ContactDynamics* dynamics, const Arc& arc, double toler
     return;
   }
   begin_.field = dynamics->Field(arc.x_begin, arc.mode).head(2 * d_);
-  if (cost != nullptr && cost->running) {
-    CostRate rate;
-    rate.by_state = Vector::Zero(arc.x_begin.size());
-    rate.by_input = Vector::Zero(arc.u.size());
-    cost->running(arc.t_begin, arc.x_begin, arc.u, &rate);
-    begin_.rate = rate.value;
-  }
+  if (cost != nullptr) begin_.rate = RateOf(*cost, arc.t_begin, arc.x_begin, arc.u, arc.mode);
   end_ = begin_;
 }
 

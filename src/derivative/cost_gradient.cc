@@ -11,6 +11,7 @@
 #include "contact_flow/budget.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/guards.h"
+#include "cost_rate.h"
 #include "end_event.h"
 #include "linear_run.h"
 
@@ -55,11 +56,7 @@ class Passage {
 
  private:
   double Rate(const Vector& x, const Vector& u, ContactMode mode) const {
-    CostRate rate;
-    rate.by_state = Vector::Zero(x.size());
-    rate.by_input = Vector::Zero(u.size());
-    cost_.Rate(time_, x, u, mode, &rate);
-    return rate.value;
+    return RateOf(cost_, time_, x, u, mode);
   }
 
   /// l_{i−1} − l_i at the events of a piece: what each costs by coming later.

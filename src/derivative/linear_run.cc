@@ -7,6 +7,7 @@
 #include <string>
 
 #include "contact_flow/budget.h"
+#include "cost_rate.h"
 #include "error_estimate.h"
 
 namespace contact_flow {
@@ -115,7 +116,7 @@ bool LinearRun::MakeArcs() {
     gradient_->statistics.steps += statistics.steps;
     gradient_->statistics.rejected_steps += statistics.rejected_steps;
     gradient_->flow_law = std::max(gradient_->flow_law, statistics.flow_law_residual);
-    gradient_->cost += arcs_.back().cost();
+    gradient_->cost += inside ? ShortCost(cost_, run_.arcs[k]) : arcs_.back().cost();
     if (inside) continue;
     derivative_.status = preparation_.CheckAfter(k, statistics);
     if (!derivative_.status.ok()) return false;
