@@ -37,6 +37,11 @@ def turned_world(draft: Draft, angle: float) -> Optional[Draft]:
             return None
         if kind == "plane" and "normal" in constraint:
             constraint["normal"] = turned(constraint["normal"], angle).tolist()
+        if constraint.get("link") == "world":
+            constraint.update(point=turned(constraint["point"], angle).tolist())
+        if constraint.get("other_link") == "world":
+            constraint.update(other_point=turned(constraint["other_point"], angle).tolist(),
+                              normal=turned(constraint["normal"], angle).tolist())
         if kind == "height_field":
             wave = turned([constraint["wave_x"], constraint["wave_y"]], angle)
             constraint.update(wave_x=wave[0], wave_y=wave[1])
@@ -62,6 +67,9 @@ def moved_world(draft: Draft, move: Sequence[float]) -> Draft:
             normal = np.array(constraint["normal"], float)
             unit = normal / np.linalg.norm(normal)
             constraint["offset"] = constraint.get("offset", 0) + float(unit[0] * x + unit[1] * y)
+        for link, point in (("link", "point"), ("other_link", "other_point")):
+            if constraint.get(link) == "world":
+                constraint[point] = [constraint[point][0] + x, constraint[point][1] + y, constraint[point][2]]
         if kind == "height_field":
             constraint["phase"] -= constraint["wave_x"] * x + constraint["wave_y"] * y
         if kind == "height_map":

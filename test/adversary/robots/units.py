@@ -61,9 +61,9 @@ class Units:
 
 
 def slides(draft: Draft, name: str) -> bool:
-    """Whether a coordinate of the base, of a sole or of a joint is a length."""
-    base = name in ("base_x", "base_y", "base_z")
-    return base or "_sole_" in name or f'<joint name="{name}" type="prismatic"' in draft.urdf
+    """Whether a coordinate of the base, of a load on a bushing, of a sole or of a joint is a length."""
+    loose = re.fullmatch(r"(base|floating_load|planar_load)_[xyz]", name)
+    return loose is not None or "_sole_" in name or f'<joint name="{name}" type="prismatic"' in draft.urdf
 
 
 def urdf_in(units: Units, draft: Draft) -> str:
@@ -75,6 +75,7 @@ def urdf_in(units: Units, draft: Draft) -> str:
             repr(float(number) * units.of(exponents)) for number in match[2].split()) + '"', part)
 
     text = replace(r'(<origin xyz=")([^"]*)"', (0, 1, 0), text)
+    text = replace(r'(<box size=")([^"]*)"', (0, 1, 0), text)
     text = replace(r'(<mass value=")([^"]*)"', (1, 0, 0), text)
     text = replace(r'(\bi[xyz][xyz]=")([^"]*)"', (1, 2, 0), text)
     parts = re.split(r"(?=<joint )", text)
@@ -114,6 +115,9 @@ def draft_in(units: Units, draft: Draft) -> Draft:
     for joint, inertia in yaml.get("joints", {}).get("armature", {}).items():
         yaml["joints"]["armature"][joint] = inertia * units.of((1, 0 if slides(draft, joint) else 2, 0))
     for closure in yaml.get("closures", {}).values():
+        if "joint" not in closure:  # of points
+            units.convert(closure, ELEMENT)
+            continue
         joint, second = length_of(draft, closure["joint"]), length_of(draft, closure["other_joint"])
         closure["multiplier"] *= units.length ** (joint - second)
         closure["offset"] *= units.length ** joint
