@@ -142,7 +142,7 @@ void FrictionalResolution::Rest(const std::map<int, Eigen::Vector2d>& onsets) {
   MakeRest(system_, resting_, onsets, &x);
   result_.transition.energy_lost +=
       KineticEnergy(inertia.mass(), v) - KineticEnergy(inertia.mass(), x.tail(d_));
-  AddRestError(bounces_last_, thrown_, x.tail(d_) - v, &result_.transition);
+  AddRestError(&dynamics_, thrown_, bounces_last_, x.tail(d_) - v, &result_.transition);
 }
 
 }  // namespace contact_flow

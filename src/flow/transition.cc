@@ -249,7 +249,9 @@ void Resolution::Hold(const Vector& v_plus, ConstraintSet hit, ConstraintSet hel
   transition().x_plus.tail(d_) = rest.v_plus;
   const Vector change = rest.v_plus - v_plus;
   const double bounces_last = std::max(result_.rest_interval, result_.held_interval);
-  if (bounces_last > 0) AddRestError(bounces_last, result_.held_down, change, &transition());
+  if (bounces_last > 0) {
+    AddRestError(&dynamics_, result_.held_down, bounces_last, change, &transition());
+  }
   const InverseInertia inertia(system_, transition().x_minus.head(nq_), v_plus);
   // M-orthogonal: |v⁺|² = |v|² − |change|².
   transition().energy_lost = 0.5 * change.dot(inertia.mass() * change);
