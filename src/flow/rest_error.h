@@ -26,9 +26,9 @@ inline bool HoldFor(ContactDynamics* dynamics, const Vector& x, ContactMode mode
   }
 }
 
-/// Adds to Transition::rest_error that `contacts`, which would bounce for so long [s], are made rest
-/// by a change of v [d]. One whose force vanishes meanwhile may not come back: how much of that
-/// change stays is not known.
+/// Adds to Transition::rest_error that `contacts`, which would bounce for so long [s], are made
+/// rest by a change of v [d]. One whose force vanishes meanwhile may not come back: how much of
+/// that change stays is not known.
 inline void AddRestError(ContactDynamics* dynamics, ConstraintSet contacts, double bounces_last,
                          const Vector& change, Transition* transition) {
   const Eigen::Index d = change.size();

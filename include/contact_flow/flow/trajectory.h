@@ -81,9 +81,9 @@ struct Transition {
   /// By how much slips in space turn meanwhile, at most [rad]: that part of what it
   /// changes is not known.
   double turned = 0;
-  /// How far the state may be from where bounces that are made rest leave it [2d]: positions by half
-  /// of what rest changes of v, over the time that these bounces would take; v by all of it where
-  /// the force of one that bounces vanishes meanwhile. Empty where there are none.
+  /// How far the state may be from where bounces that are made rest leave it [2d]: positions by
+  /// half of what rest changes of v, over the time that these bounces would take; v by all of it
+  /// where the force of one that bounces vanishes meanwhile. Empty where there are none.
   Vector rest_error;
   /// The part of v⁺ with which slips in space begin, to have a direction [d], or empty.
   Vector begun;
