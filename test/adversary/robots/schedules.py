@@ -58,7 +58,10 @@ class Schedule:
         here = self.run.gradient(**self.cost, **piece).cost if of_cost else None
 
         def quotient(alpha: float) -> Any:
-            run = change(alpha)
+            try:
+                run = change(alpha)
+            except ValueError:  # a start beside a closed loop
+                return None
             if not run.status.ok:
                 return None
             if not of_cost:
