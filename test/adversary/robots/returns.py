@@ -45,10 +45,7 @@ def judge(trial: Trial) -> None:
             continue
 
         def quotient(alpha: float) -> Any:
-            try:
-                there = returns(robot.perturb(robot.nominal.x, alpha * w), derivative=False)
-            except ValueError:  # a start beside a closed loop
-                return None
+            there = returns(robot.perturb(robot.nominal.x, alpha * w), derivative=False)
             if not there:
                 return None
             return np.append(robot.separation(there.x, here.x), there.time - here.time) / alpha

@@ -58,10 +58,7 @@ class Schedule:
         here = self.run.gradient(**self.cost, **piece).cost if of_cost else None
 
         def quotient(alpha: float) -> Any:
-            try:
-                run = change(alpha)
-            except ValueError:  # a start beside a closed loop
-                return None
+            run = change(alpha)
             if not run.status.ok:
                 return None
             if not of_cost:

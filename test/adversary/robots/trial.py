@@ -45,9 +45,9 @@ class Trial:
         return np.random.default_rng([self.seed, judge])
 
     def direction(self, rng: np.random.Generator) -> np.ndarray:
-        """A random tangent (δq, δv) of length 1 that leaves the rate of a clock alone, which is 1."""
-        w = rng.normal(size=2 * self.robot.dof)
-        return unit(self.robot, w)
+        """A random tangent (δq, δv) of length 1 that leaves the rate of a clock alone, which is 1, and keeps closed loops."""
+        w = unit(self.robot, rng.normal(size=2 * self.robot.dof))
+        return w if self.derivative is None else unit(self.robot, np.array(self.derivative.project(w)))
 
 
 def unit(robot: cf.Robot, w: np.ndarray) -> np.ndarray:
@@ -136,10 +136,13 @@ def settled(quotients: List[np.ndarray], b: np.ndarray, noise: List[float]) -> s
 def hold_against_quotients(verdict: Verdict, what: str, told: np.ndarray, stated: float, radius: float,
                            quotient: Callable[[float], Optional[np.ndarray]]) -> None:
     """What is told of one direction, with its stated error and radius, beside quotient(α) of runs, which is None where
-    there is none."""
+    there is none, and raises ValueError where a start would leave a closed loop by α²."""
     quotients, noise = [], []
     for alpha in STEPS:
-        found = quotient(alpha) if alpha <= radius else None
+        try:
+            found = quotient(alpha) if alpha <= radius else None
+        except ValueError:
+            continue
         if found is not None:
             quotients.append(found)
             noise.append(1e-11 * (1 + float(np.linalg.norm(told))) / alpha)
