@@ -108,6 +108,10 @@ class FrictionalWalk {
   /// Contacts that the word lets go: with an acceleration, or without, so that whatever pulls them
   /// back finds them where they were.
   void Drop(ConstraintSet gone);
+  /// Slips in space of the mode before that have no speed left at the base point. An impact may
+  /// hold them, or leave them alone.
+  ConstraintSet EndingInSpace() const;
+  [[noreturn]] void ThrowStruck(int i) const;
   /// Slips in space that end at the base point: before or behind what moves none of them by more
   /// than to first order, all the same.
   void StopInSpace(ConstraintSet stopped);

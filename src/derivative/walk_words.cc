@@ -139,7 +139,11 @@ void FrictionalWalk::Land(int i, ConstraintSet along) {
     GrowSizes(rest.jacobian);
     struck.tail(d_) = rest.v_plus;
   }
+  const ConstraintSet ending = EndingInSpace();
   point_.MoveTo(struck);
+  for (int j : ending) {
+    if (!point_.SlipVanishes(j)) ThrowStruck(j);
+  }
   still_ = (still_ - branch.word) | branch.word.Sticking() | rested.Sticking();
   landed_ = touching;
   for (int j : still_ - branch.word - rested.Sticking()) {  // an impact elsewhere throws it along
@@ -260,6 +264,20 @@ void FrictionalWalk::Drop(ConstraintSet gone) {
     (hovers ? hovering_ : dropped_).Insert(i);
     if (!hovers) hovering_.Erase(i);
   }
+}
+
+ConstraintSet FrictionalWalk::EndingInSpace() const {
+  ConstraintSet ending;
+  for (int i : SlipsInSpace(system_, mode_) & transition_.mode_before) {
+    if (begun_.count(i) == 0 && point_.SlipVanishes(i)) ending.Insert(i);
+  }
+  return ending;
+}
+
+void FrictionalWalk::ThrowStruck(int i) const {
+  throw std::domain_error("the slip in space of contact '" + system_.description().constraints[i] +
+                          "' ends as an impact makes it slip anew: what a perturbed run loses of "
+                          "it depends on which is first");
 }
 
 void FrictionalWalk::StopInSpace(ConstraintSet stopped) {

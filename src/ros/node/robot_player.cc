@@ -229,8 +229,8 @@ namespace {
 constexpr int kCalls = 5;         // of a service whose connection breaks
 constexpr double kPatience = 10;  // for a service to be advertised, each time [s]
 
-/// Calls a service of the source, once more where its connection breaks (a machine under load);
-/// throws std::runtime_error when nothing answers, or with what it answers when it refuses.
+/// Calls a service of the source, again where its connection breaks, as under load; throws
+/// std::runtime_error when nothing answers, or with what it answers when it refuses.
 template <class Service>
 void AskNode(const std::string& name, Service* call) {
   bool answered = false;
