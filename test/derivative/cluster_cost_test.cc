@@ -41,5 +41,19 @@ TEST(CostOfACluster, ArcsInsideCount) {
   }
 }
 
+/// An arc without length has the rate of its mode, too: a run of no duration becomes dearer by l.
+TEST(CostOfACluster, ArcsWithoutLengthHaveARate) {
+  const auto ball = MakeModel("driven_ball");
+  const Trajectory run = Simulate(*ball, Vector::Unit(2, 0), Vector::Zero(1), 0);
+  RunCost cost;
+  cost.running_in_mode = [](double, const Vector&, const Vector&, ContactMode, CostRate* rate) {
+    rate->value = 3;
+  };
+  const CostGradient J = DifferentiateCost(*ball, run, cost);
+  ASSERT_TRUE(J.status.ok()) << J.status.message;
+  EXPECT_EQ(0, J.cost);
+  EXPECT_EQ(3, J.horizon);
+}
+
 }  // namespace
 }  // namespace contact_flow

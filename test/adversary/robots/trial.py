@@ -142,6 +142,7 @@ def hold_against_quotients(verdict: Verdict, what: str, told: np.ndarray, stated
         try:
             found = quotient(alpha) if alpha <= radius else None
         except ValueError:
+            verdict.counts[f"{what}: a start refused"] += 1
             continue
         if found is not None:
             quotients.append(found)
