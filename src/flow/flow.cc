@@ -68,9 +68,12 @@ void Flow::SampleEnd(GapSample* sample) {
 
 /// Puts the end of the step back on the state manifold and evaluates the field there.
 void Flow::FinishStep() {
-  const bool held = drifts_ && ProjectContacts(system_, mode_, stepper_->mutable_end());
-  if (!held && on_manifold_ && !ProjectState(system_, stepper_->mutable_end())) {
-    stepper_->mutable_end()->setConstant(std::nan(""));
+  Vector& end = *stepper_->mutable_end();
+  const bool held = drifts_ && ProjectContacts(system_, mode_, &end);
+  if (!held && on_manifold_) {
+    const double size = end.head(system_.num_positions()).cwiseAbs().maxCoeff();
+    const double leap = kLeap * (options_.absolute_tolerance + options_.relative_tolerance * size);
+    if (!ProjectState(system_, &end, leap)) end.setConstant(std::nan(""));
   }
   stepper_->Finish();
 }
@@ -193,7 +196,7 @@ bool Flow::Attempt(double end, double* h, bool* rejected) {
     return false;
   }
   regular_end_ = dynamics_.slip_regularity();
-  if (CrossesSingularSlip(length)) {
+  if (CrossesSingularSlip(length) || LosesLoop()) {
     *rejected = true;
     *h = 0.5 * length;
     return false;

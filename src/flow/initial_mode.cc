@@ -7,6 +7,7 @@
 #include "contact_flow/dynamics/word_selection.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/model/row_layout.h"
+#include "dependent_row.h"
 #include "slip_onset.h"
 #include "src/dynamics/mode_selection.h"
 
@@ -67,20 +68,13 @@ void RequireOnManifold(const MechanicalSystem& system, const VectorRef& x,
 /// or a loop at the end of its reach. Their forces are not unique, and the loop may branch.
 void RequireIndependent(const MechanicalSystem& system, const ConstraintTerms& terms) {
   constexpr double kRank = 1e-9;
-  Matrix rows = RowLayout(system).Bilateral(terms.jacobian).rowwise().normalized();
-  for (Eigen::Index k = 0; k < rows.rows(); ++k) {
-    for (int twice = 0; twice < 2; ++twice) {  // Gram-Schmidt
-      rows.row(k) -= rows.row(k) * rows.topRows(k).transpose() * rows.topRows(k);
-    }
-    const double left = rows.row(k).norm();
-    if (!(left > kRank)) {
-      throw std::invalid_argument(
-          "bilateral constraint '" + system.description().bilateral[static_cast<std::size_t>(k)] +
-          "' depends on those before it in this state: it holds what they hold, or its loop is "
-          "stretched out; leave it out, or begin elsewhere");
-    }
-    rows.row(k) /= left;
-  }
+  if (system.num_bilateral() == 0) return;
+  const DependentRow lost = MostDependent(RowLayout(system).Bilateral(terms.jacobian));
+  if (lost.part > kRank) return;
+  throw std::invalid_argument(
+      "bilateral constraint '" + system.description().bilateral[lost.row] +
+      "' depends on those before it in this state: it holds what they hold, or its loop is "
+      "stretched out; leave it out, or begin elsewhere");
 }
 
 /// Refuses what contacts with friction would otherwise pass over.
@@ -203,7 +197,7 @@ ContactMode InitialMode(const MechanicalSystem& system, const VectorRef& x, cons
   ContactDynamics dynamics(system, u);
   try {
     if (system.HasFriction()) return InitialWord(&dynamics, x, candidates, options);
-    return SelectContactMode(&dynamics, x, candidates, 0, pressed);
+    return SelectContactMode(&dynamics, x, candidates, {}, pressed);
   } catch (const FrictionRefusal& reason) {
     throw std::invalid_argument(std::string("the initial state: ") + reason.what());
   } catch (const UndecidedMode& reason) {

@@ -42,12 +42,12 @@ bool HasStateManifold(const MechanicalSystem& system) {
   return system.num_bilateral() > 0 || !system.space().IsFlat();
 }
 
-bool ProjectState(const MechanicalSystem& system, Vector* x) {
+bool ProjectState(const MechanicalSystem& system, Vector* x, double farthest) {
   const int d = system.dof(), nq = system.num_positions();
   const RowLayout rows(system);
   system.space().Normalize(x->data());
   if (rows.bilateral() == 0) return x->allFinite();
-  double last = 0;
+  double last = 0, moved = 0;
   for (int step = 0; step < kMaxProjections; ++step) {
     const InverseInertia inertia(system, x->head(nq), x->tail(d));
     const Vector b = rows.Bilateral(inertia.terms().gap);
@@ -58,7 +58,10 @@ bool ProjectState(const MechanicalSystem& system, Vector* x) {
       x->tail(d) += inertia.Correction(rows.Bilateral(inertia.terms().jacobian) * x->tail(d));
       return x->allFinite();
     }
-    x->head(nq) = system.space().Retract(x->head(nq), inertia.Correction(b));
+    const Vector correction = inertia.Correction(b);
+    moved += correction.cwiseAbs().maxCoeff();
+    if (!(moved <= farthest)) return false;
+    x->head(nq) = system.space().Retract(x->head(nq), correction);
     last = error;
   }
   return false;

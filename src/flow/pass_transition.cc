@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // What a Flow does at its events.
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,6 +7,7 @@
 #include <utility>
 
 #include "contact_flow/flow/flow.h"
+#include "dead_end.h"
 #include "src/clocks.h"
 #include "src/dynamics/implied_contacts.h"
 #include "src/dynamics/known_pads.h"
@@ -19,30 +19,6 @@ namespace {
 constexpr int kStallsForEach = 4;  // constraint, before the run ends
 /// Rounding of a rate Da_i v, relative to its terms.
 constexpr double kNoSpeed = 1e-12;
-
-/// What moves no mass at x, as a text that follows; "" where M is regular.
-std::string SingularMass(const MechanicalSystem& system, const Vector& x, const Vector& u,
-                         ContactMode mode) {
-  constexpr double kSingular = 1e-11;  // beside the diagonal, nearly
-  constexpr double kPart = 0.1;        // of the largest entry of what moves together
-  const int nq = system.num_positions(), d = system.dof();
-  Matrix mass;
-  Vector force;
-  system.Dynamics(x.head(nq), x.tail(d), u, mode, &mass, &force);
-  const Vector size = mass.diagonal().cwiseAbs().cwiseSqrt();
-  if (!mass.allFinite() || !(size.minCoeff() > 0)) return "";
-  mass = size.cwiseInverse().asDiagonal() * mass * size.cwiseInverse().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix> eigen(mass);
-  if (eigen.eigenvalues()(0) > d * kSingular) return "";
-  const Vector moved = eigen.eigenvectors().col(0).cwiseAbs();
-  std::string names;
-  for (int i = 0; i < d; ++i) {
-    if (moved(i) < kPart * moved.maxCoeff()) continue;
-    names += (names.empty() ? "'" : ", '") + system.description().velocities[i] + "'";
-  }
-  return "; the mass matrix is singular there, or nearly so: " + names +
-         " can move together and move no mass. Give what they carry an inertia, or begin elsewhere";
-}
 
 }  // namespace
 
@@ -65,7 +41,7 @@ void Flow::StopWithoutSteps() {
        too_quick_ >= 0 ? "constraint '" + names[guards_.ConstraintOf(too_quick_)] +
                              "' changes too quickly: no step size resolves it"
                        : "the motion leaves the model's domain: no step size is small enough" +
-                             SingularMass(system_, x_, u(), mode_));
+                             SingularMass(system_, x_, u(), mode_) + LostLoop(system_, x_));
 }
 
 void Flow::WarnOfSharedForces() {

@@ -52,6 +52,8 @@ inline constexpr double kQuietPull = 1e-6;
 /// of what counts as rest at a start. In runs of some seconds nothing comes so far.
 inline constexpr double kDrift = 0.1, kSlowDrift = 1e-2;
 inline constexpr double kImpliedReach = 10;  // [absolute tolerances] an implied contact may drift
+/// A step's end is at most so many tolerances beside closed loops: further away is another branch.
+inline constexpr double kLeap = 1e3;
 /// Events so close do not go on: relative to the time, or to what counts as simultaneous.
 inline constexpr double kNoTime = 1e-14, kNoTimeApart = 1e-2, kLongestStall = 1e-9;  // [s] the last
 /// An event that has come again at one time so often is decided the other way.

@@ -145,6 +145,7 @@ class Flow {
   bool EndSlipAtNode();
   void NoteSlipRegularity();
   bool CrossesSingularSlip(double length) const;
+  bool LosesLoop();
   ResolvedTransition ResolveAtEvent();
   bool WouldStick(int i);
   ConstraintSet SlidingInSpace() const;
@@ -200,6 +201,7 @@ class Flow {
   bool drifts_ = false;      // contacts have left their surfaces by more than they may
   double regular_slip_ = 0;  // where the step begins, see ContactDynamics::slip_regularity
   double held_reach_ = 1;    // of what dependent rows may drift to
+  Vector loop_size_;         // the longest that each bilateral row has been [l]
   GuardMargins guard_margins_;
   QuickGuard quick_;
   Status status_;

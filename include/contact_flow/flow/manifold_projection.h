@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <limits>
 #include <vector>
 
 #include "contact_flow/contact_mode.h"
@@ -16,8 +17,9 @@ bool HasStateManifold(const MechanicalSystem& system);
 /// that are shortest in the kinetic metric, then Db v = 0 likewise. After a step of an integrator
 /// this changes x by the order of the step's error, which leaves the order of accuracy (Hairer,
 /// Lubich, Wanner, Geometric Numerical Integration, Sec. IV.4). False when the Newton steps
-/// do not converge.
-bool ProjectState(const MechanicalSystem& system, Vector* x);
+/// do not converge, or move a coordinate by more than `farthest`: onto another branch of b = 0.
+bool ProjectState(const MechanicalSystem& system, Vector* x,
+                  double farthest = std::numeric_limits<double>::infinity());
 
 /// The same with the contacts of `held`: a_i = 0 and Da_i v = 0 besides, and T v = 0 of those that
 /// stick. Undoes what resting contacts have drifted, of the order of the integrator's error, so
