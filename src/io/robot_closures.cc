@@ -55,6 +55,31 @@ void ReadFollower(const std::string& name, MapReader* reader, RobotDescription* 
   robot->closures.back()->parts.where = reader->Line("");
 }
 
+/// Reads the two points of a loop, and three tips along the axes of the link of the second, which
+/// is the one of that frame. False where the frame is the world's, which has none.
+bool ReadLoopPoints(const std::string& name, const std::string& frame, MapReader* reader,
+                    YamlFields* fields) {
+  std::string link, other_link;
+  for (const char* key : {"link", "other_link"}) reader->Require(key);
+  reader->Read("link", &link);
+  reader->Read("other_link", &other_link);
+  const bool in_link = frame != "world";
+  if (in_link && frame != link && frame != other_link) {
+    throw std::invalid_argument("closures/" + name + "/frame is " + QuoteName(frame) +
+                                ", expected world, or one of its links: " + QuoteName(link) + ", " +
+                                QuoteName(other_link) + reader->Line("frame"));
+  }
+  if (in_link && frame == link) {
+    fields->Point("other_link", "other_point");
+    fields->Point("link", "point");
+  } else {
+    fields->Point("link", "point");
+    fields->Point("other_link", "other_point");
+  }
+  for (int axis = 0; in_link && axis < 3; ++axis) fields->Tip(Vec3<double>::Unit(axis));
+  return in_link;
+}
+
 }  // namespace
 
 void ReadClosures(const YAML::Node& map, RobotDescription* robot) {
@@ -63,10 +88,10 @@ void ReadClosures(const YAML::Node& map, RobotDescription* robot) {
     ElementParts parts;
     parts.name = name;
     YamlFields fields(robot->model, reader, &robot->inputs, &parts);
-    fields.Point("link", "point");
-    fields.Point("other_link", "other_point");
-    std::string axes = "xyz";
+    std::string axes = "xyz", frame = "world";
     reader->Read("axes", &axes);
+    reader->Read("frame", &frame);
+    const bool in_link = ReadLoopPoints(name, frame, reader, &fields);
     bool taken[3] = {};
     for (const char letter : axes) {
       const int axis = letter - 'x';
@@ -75,7 +100,9 @@ void ReadClosures(const YAML::Node& map, RobotDescription* robot) {
                                     ", expected some of xyz, each once" + reader->Line("axes"));
       }
       taken[axis] = true;
-      robot->closures.push_back(MakeClosureRow(parts.points[0], parts.points[1], axis));
+      const AttachedPoint &point = parts.points[0], &other = parts.points[1];
+      robot->closures.push_back(in_link ? MakeClosureRow(point, other, parts.points[2 + axis])
+                                        : MakeClosureRow(point, other, axis));
       robot->closures.back()->parts.name = name + "_" + letter;
       robot->closures.back()->parts.where = reader->Line("");
     }

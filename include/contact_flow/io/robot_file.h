@@ -23,8 +23,8 @@ namespace contact_flow {
 ///   contacts: {ground: feet}  # from collision geometry, with `terrain`, see io/contacts.h
 ///   constraints:              # a ≥ 0, each: kind, its fields, restitution (default 0)
 ///     left_foot: {kind: plane, link: left_foot, point: [0, 0, 0]}
-///   closures:                 # loops: two points that coincide, along some world axes, xyz
-///     bar: {link: crank, point: [0, 0, 1], other_link: rod, axes: xz}
+///   closures:                 # loops: two points that coincide, along axes of a frame
+///     bar: {link: crank, point: [0, 0, 1], other_link: rod, axes: xz, frame: world}
 ///     gear: {joint: a, other_joint: b, multiplier: 2, offset: 0}  # q_a = 2 q_b; a mimic
 ///   inputs: [hip, knee]       # names and order of u; without it, those that efforts name
 ///   efforts:                  # each: kind and its fields

@@ -82,6 +82,14 @@ std::unique_ptr<ConstraintElement> MakeClosureRow(const AttachedPoint& point,
   return row;
 }
 
+std::unique_ptr<ConstraintElement> MakeClosureRow(const AttachedPoint& point,
+                                                  const AttachedPoint& other,
+                                                  const AttachedPoint& tip) {
+  std::unique_ptr<ConstraintElement> row = MakeConstraintOf<constraint::LinkCoincidence>();
+  row->parts.points = {point, other, tip};
+  return row;
+}
+
 std::unique_ptr<ConstraintElement> MakeFollower(const RobotModel::Coordinate& joint,
                                                 const RobotModel::Coordinate& master,
                                                 double multiplier, double offset) {

@@ -40,7 +40,7 @@ def _parallel_leg(rng: np.random.Generator, yaml: Yaml, k: int, place: List[floa
               _joint(f"shoe{k}", "revolute", f"bar{k}", f"shoe{k}", [0, 0, -LENGTH], "0 1 0")]
     yaml["nominal"]["positions"].update({f"bar{k}": bend, f"rod{k}": bend, f"shoe{k}": -bend})
     yaml["closures"][f"loop{k}"] = {"link": f"shoe{k}", "point": [apart, 0, 0], "other_link": f"rod{k}",
-                                    "other_point": [0, 0, -LENGTH], "axes": "xz"}
+                                    "other_point": [0, 0, -LENGTH], "axes": "xz", "frame": f"{rng.choice(['rod', 'shoe'])}{k}"}
     yaml["efforts"][f"drive_bar{k}"] = _drive(rng, duration)(f"bar{k}")
     yaml["constraints"][f"c{k}"] = {"link": f"shoe{k}", "point": [_number(apart / 2), 0, -0.1], "kind": "plane"}
     return parts

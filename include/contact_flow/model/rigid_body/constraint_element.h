@@ -261,6 +261,10 @@ void ReadConstraint(const std::string& kind, ElementFields* fields);
 /// b = direction · (point − other point), the direction in world axes: a row of a loop closure.
 std::unique_ptr<ConstraintElement> MakeClosureRow(const AttachedPoint& point,
                                                   const AttachedPoint& other, int axis);
+/// The same, the direction that from the other point to `tip`, a unit away and fixed in its link.
+std::unique_ptr<ConstraintElement> MakeClosureRow(const AttachedPoint& point,
+                                                  const AttachedPoint& other,
+                                                  const AttachedPoint& tip);
 /// b = q − multiplier q_master − offset: a joint that follows another.
 std::unique_ptr<ConstraintElement> MakeFollower(const RobotModel::Coordinate& joint,
                                                 const RobotModel::Coordinate& master,
