@@ -76,7 +76,7 @@ class Stages {
     x << q_, v;
     const ConstraintSet resting = RestingAt(S, v);
     const ConstraintSet pressed = transition_.mode_before & system_.compliant();
-    const ContactMode mode = SelectContactMode(&dynamics_, x, resting, 0, pressed);
+    const ContactMode mode = SelectContactMode(&dynamics_, x, resting, {}, pressed);
     std::map<int, StageForce> forces;
     for (int i : resting) {
       const double rate = dynamics_.ForceRate(x, mode.With(i), i);

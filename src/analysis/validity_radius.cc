@@ -35,7 +35,7 @@ Vector FieldAt(ContactDynamics* dynamics, const Vector& x, ConstraintSet candida
     if (std::abs(terms.jacobian.row(i).dot(x.tail(d))) <= speed_tolerance) resting.Insert(i);
   }
   const ConstraintSet pressed = candidates & system.compliant();
-  return dynamics->Field(x, SelectContactMode(dynamics, x, resting, 0, pressed));
+  return dynamics->Field(x, SelectContactMode(dynamics, x, resting, {}, pressed));
 }
 
 /// The arc that follows transition k, or the cluster that it begins.

@@ -119,7 +119,7 @@ const EventMap::Stage& EventMap::StageAt(ConstraintSet S, ConstraintSet closed) 
   } else if (S == events_ && (after - Aside() - closed).Empty()) {
     stage.mode = after;
   } else {
-    stage.mode = SelectContactMode(&DynamicsAfter(S), x, closed, 0, ModeAside(S));
+    stage.mode = SelectContactMode(&DynamicsAfter(S), x, closed, {}, ModeAside(S));
   }
   stage.field.setOnes(size());
   stage.field.head(width()) = DynamicsAfter(S).Field(x, stage.mode);

@@ -69,7 +69,7 @@ std::vector<ImpactSequences::State> ImpactSequences::AfterAWhile(const State& st
   const ConstraintSet touching = state.resting | state.ajar;
   if (touching.Empty()) return {state};
   const Vector x = StateAt(state.v);
-  const ContactMode mode = SelectContactMode(&dynamics_, x, touching, 0, pressed_);
+  const ContactMode mode = SelectContactMode(&dynamics_, x, touching, {}, pressed_);
   dynamics_.Evaluate(x, mode);
   ConstraintTerms terms;
   system_.Constraints(q_, state.v, &terms);
@@ -169,7 +169,7 @@ void ImpactSequences::RecordDegenerate(const State& before, const State& after, 
   if (doubtful.Empty()) return;
   const Vector x = StateAt(after.v);
   const ContactMode mode =
-      SelectContactMode(&dynamics_, x, after.resting | after.ajar, 0, pressed_);
+      SelectContactMode(&dynamics_, x, after.resting | after.ajar, {}, pressed_);
   dynamics_.Evaluate(x, mode);
   const Vector force = dynamics_.force();
   for (int j : doubtful) {
@@ -206,7 +206,7 @@ void ImpactSequences::Finish(const State& state, bool cut) {
     simple = false;
   } else {
     try {
-      outcome.mode_after = SelectContactMode(&dynamics_, StateAt(state.v), rest, 0, pressed_);
+      outcome.mode_after = SelectContactMode(&dynamics_, StateAt(state.v), rest, {}, pressed_);
     } catch (const UndecidedMode& reason) {
       outcome.status = {Outcome::kFilippov, reason.what()};
     }

@@ -30,12 +30,12 @@ ConstraintSet Subset(const std::vector<int>& members, std::uint32_t subset) {
 class EffortModes {
  public:
   EffortModes(ContactDynamics* dynamics, const VectorRef& x, const ConstraintSet& candidates,
-              double time_tolerance, const ConstraintSet& pressed)
+              const ForceTolerance& tolerance, const ConstraintSet& pressed)
       : dynamics_(*dynamics),
         x_(x),
         candidates_(candidates),
         pressed_(pressed),
-        time_tolerance_(time_tolerance) {
+        tolerance_(tolerance) {
     const MechanicalSystem& system = dynamics_.system();
     const InverseInertia inertia(system, x.head(system.num_positions()), x.tail(system.dof()));
     terms_ = inertia.terms();
@@ -85,7 +85,7 @@ class EffortModes {
       const double value = member ? force(i) : acceleration(i);
       // What a force changes by within the tolerance, as an acceleration: times G_ii.
       const double zero =
-          time_tolerance_ * std::abs(rate) * (member ? 1 : gain_(i)) + (member ? rounding : still);
+          tolerance_.Of(i, rate) * (member ? 1 : gain_(i)) + (member ? rounding : still);
       const bool fits = std::abs(value) <= zero ? (rate > 0) == member : value > 0;
       if (!fits) return false;
     }
@@ -96,7 +96,7 @@ class EffortModes {
   const Vector x_;
   const ConstraintSet candidates_;
   const ConstraintSet pressed_;
-  const double time_tolerance_;
+  const ForceTolerance& tolerance_;
   ConstraintTerms terms_;
   Vector gain_;  // G_ii
 };
@@ -104,9 +104,9 @@ class EffortModes {
 }  // namespace
 
 ContactMode SelectByEffort(ContactDynamics* dynamics, const VectorRef& x,
-                           const ConstraintSet& candidates, double time_tolerance,
+                           const ConstraintSet& candidates, const ForceTolerance& tolerance,
                            const ConstraintSet& pressed) {
-  return EffortModes(dynamics, x, candidates, time_tolerance, pressed).Find();
+  return EffortModes(dynamics, x, candidates, tolerance, pressed).Find();
 }
 
 }  // namespace contact_flow

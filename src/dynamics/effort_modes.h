@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
-#include "contact_flow/dynamics/contact_dynamics.h"
+#include "mode_selection.h"
 
 namespace contact_flow {
 
@@ -9,7 +9,7 @@ namespace contact_flow {
 /// accelerations that J says: λ > 0 in it, ä > 0 out of it, what vanishes by its rate. Every subset
 /// is tried. Throws UndecidedMode where none fits, several do, or there are too many.
 ContactMode SelectByEffort(ContactDynamics* dynamics, const VectorRef& x,
-                           const ConstraintSet& candidates, double time_tolerance,
+                           const ConstraintSet& candidates, const ForceTolerance& tolerance,
                            const ConstraintSet& pressed);
 
 }  // namespace contact_flow

@@ -40,12 +40,12 @@ class ForceModes {
   /// `inertia` is that at q; `applied` and `bias` are f + c v [d] and Ȧ v [n+l] at x.
   ForceModes(ContactDynamics* dynamics, const InverseInertia& inertia, const Vector& applied,
              const Vector& bias, const VectorRef& x, const ConstraintSet& candidates,
-             double time_tolerance, const ContactMode& beside)
+             const ForceTolerance& tolerance, const ContactMode& beside)
       : dynamics_(*dynamics),
         system_(dynamics->system()),
         x_(x),
         beside_(beside),
-        time_tolerance_(time_tolerance) {
+        tolerance_(tolerance) {
     members_.reserve(static_cast<std::size_t>(candidates.Size()));
     for (int i : candidates) members_.push_back(i);
     const Matrix A = inertia.Rows(candidates);
@@ -136,7 +136,7 @@ class ForceModes {
     return rate;
   }
 
-  /// β: those near zero that vanish within the time tolerance. Others that press join α.
+  /// β: those near zero that vanish within the tolerance. Others that press join α.
   std::vector<int> Vanishing(const std::vector<int>& near, const std::vector<int>& basis,
                              const Vector& rounding) {
     std::vector<int> vanishing;
@@ -152,7 +152,7 @@ class ForceModes {
         double sum = 0;
         const double rate = Rate(row, &sum);
         const double force = dynamics_.force()(members_[row]);
-        if (std::abs(force) <= time_tolerance_ * std::abs(rate) + rounding(row)) {
+        if (std::abs(force) <= tolerance_.Of(members_[row], rate) + rounding(row)) {
           vanishing.push_back(row);
           rates_.push_back(rate);
           sums_.push_back(sum);
@@ -273,7 +273,7 @@ class ForceModes {
   const MechanicalSystem& system_;
   const Vector x_;
   const ContactMode beside_;
-  const double time_tolerance_;
+  const ForceTolerance& tolerance_;
   std::vector<int> members_;
   Matrix G_;
   Vector b_;
@@ -287,7 +287,7 @@ class ForceModes {
 };
 
 ModeSelection SelectBeside(ContactDynamics* dynamics, const VectorRef& x,
-                           const ConstraintSet& candidates, double time_tolerance,
+                           const ConstraintSet& candidates, const ForceTolerance& tolerance,
                            const ContactMode& beside, const InverseInertia* inertia) {
   ModeSelection selection;
   if (candidates.Empty()) {
@@ -295,14 +295,14 @@ ModeSelection SelectBeside(ContactDynamics* dynamics, const VectorRef& x,
   } else if (dynamics->PushClearly(x, candidates, beside)) {
     selection.mode = ContactMode(candidates | beside);
   } else if (dynamics->system().HasContactEffort()) {
-    selection.mode = SelectByEffort(dynamics, x, candidates, time_tolerance, beside);
+    selection.mode = SelectByEffort(dynamics, x, candidates, tolerance, beside);
   } else {
     const MechanicalSystem& system = dynamics->system();
     const auto q = x.head(system.num_positions()), v = x.tail(system.dof());
     if (inertia == nullptr) {
       const InverseInertia own(system, q, v, dynamics->u(), ContactMode());
       selection = ForceModes(dynamics, own, own.applied(), own.terms().bias, x, candidates,
-                             time_tolerance, beside)
+                             tolerance, beside)
                       .Find();
     } else {
       Vector applied;
@@ -310,7 +310,7 @@ ModeSelection SelectBeside(ContactDynamics* dynamics, const VectorRef& x,
       system.Dynamics(q, v, dynamics->u(), ContactMode(), nullptr, &applied);
       system.Constraints(q, v, &terms);
       selection =
-          ForceModes(dynamics, *inertia, applied, terms.bias, x, candidates, time_tolerance, beside)
+          ForceModes(dynamics, *inertia, applied, terms.bias, x, candidates, tolerance, beside)
               .Find();
     }
   }
@@ -320,21 +320,21 @@ ModeSelection SelectBeside(ContactDynamics* dynamics, const VectorRef& x,
 }  // namespace
 
 ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x,
-                         const ConstraintSet& candidates, double time_tolerance,
+                         const ConstraintSet& candidates, const ForceTolerance& tolerance,
                          const ConstraintSet& pressed, const InverseInertia* inertia) {
-  return SelectBeside(dynamics, x, candidates, time_tolerance, ContactMode(pressed), inertia);
+  return SelectBeside(dynamics, x, candidates, tolerance, ContactMode(pressed), inertia);
 }
 
 ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x,
-                              const ConstraintSet& candidates, double time_tolerance,
+                              const ConstraintSet& candidates, const ForceTolerance& tolerance,
                               const ConstraintSet& pressed) {
-  return SelectMode(dynamics, x, candidates, time_tolerance, pressed).mode;
+  return SelectMode(dynamics, x, candidates, tolerance, pressed).mode;
 }
 
 ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x,
-                              const ConstraintSet& candidates, double time_tolerance,
+                              const ConstraintSet& candidates, const ForceTolerance& tolerance,
                               const ContactMode& beside) {
-  return SelectBeside(dynamics, x, candidates, time_tolerance, beside, nullptr).mode;
+  return SelectBeside(dynamics, x, candidates, tolerance, beside, nullptr).mode;
 }
 
 }  // namespace contact_flow

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "contact_flow/contact_mode.h"
@@ -17,6 +19,17 @@ struct UndecidedMode : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Which forces count as those that vanish now.
+struct ForceTolerance {
+  double within = 0;          ///< [s] those that do so within this time, at their present rates,
+  Vector largest = Vector();  ///< [n] unless they are larger; empty: however large they are
+
+  double Of(int i, double rate) const {
+    const double soon = within * std::abs(rate);
+    return largest.size() > 0 ? std::min(soon, largest(i)) : soon;
+  }
+};
+
 /// A contact mode, and what was not decided by forces alone.
 struct ModeSelection {
   ContactMode mode;
@@ -31,8 +44,8 @@ struct ModeSelection {
 /// beside the `pressed` compliant ones: the support of
 ///   0 ≤ λ ⟂ ä = Da v̇ + Ḋa v ≥ 0,
 /// together with `pressed`. Let α be the members that press, and β those whose force and normal
-/// acceleration both vanish, or do so within `time_tolerance` [s] at their present rates. The
-/// rates decide on β, all at once: with the Schur complement G̃ = G_ββ − G_βα G_αα⁻¹ G_αβ,
+/// acceleration both vanish, within the tolerance. The rates decide on β, all at once: with the
+/// Schur complement G̃ = G_ββ − G_βα G_αα⁻¹ G_αβ,
 ///   0 ≤ dλ_β/dt ⟂ d³a_β/dt³ = G̃ dλ_β/dt + c ≥ 0,   c_i = −G̃_ii (dλ_i/dt in mode α ∪ {i});
 /// members with dλ_i/dt > 0 hold. For one constraint: it holds iff dλ_i/dt > 0 in the mode with
 /// it. Where both vanish again, the second derivative of λ_i in the mode with i does.
@@ -42,16 +55,16 @@ struct ModeSelection {
 /// field is looked for; throws UndecidedMode when none or several fit, or no forces do.
 /// `inertia` is that at q, at any velocity, where it is at hand.
 ModeSelection SelectMode(ContactDynamics* dynamics, const VectorRef& x,
-                         const ConstraintSet& candidates, double time_tolerance,
+                         const ConstraintSet& candidates, const ForceTolerance& tolerance,
                          const ConstraintSet& pressed = ConstraintSet(),
                          const InverseInertia* inertia = nullptr);
 /// Its mode alone.
 ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x,
-                              const ConstraintSet& candidates, double time_tolerance,
+                              const ConstraintSet& candidates, const ForceTolerance& tolerance,
                               const ConstraintSet& pressed = ConstraintSet());
 /// The same beside contacts of a mode, which keep their letters.
 ContactMode SelectContactMode(ContactDynamics* dynamics, const VectorRef& x,
-                              const ConstraintSet& candidates, double time_tolerance,
+                              const ConstraintSet& candidates, const ForceTolerance& tolerance,
                               const ContactMode& beside);
 
 }  // namespace contact_flow

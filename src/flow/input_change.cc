@@ -50,7 +50,7 @@ ResolvedTransition ResolveInputChange(ContactDynamics* dynamics, double t, const
   }
   result.status = Guarded(t, [&] {
     const ModeSelection selection =
-        SelectMode(dynamics, x, (mode - pressed) | touching, 0, pressed);
+        SelectMode(dynamics, x, (mode - pressed) | touching, {}, pressed);
     transition.mode_after = selection.mode;
     transition.implied = selection.implied;
     transition.touching = touching & selection.mode;

@@ -10,6 +10,7 @@
 #include "contact_flow/dynamics/guards.h"
 #include "contact_flow/dynamics/inverse_inertia.h"
 #include "contact_flow/flow/transition.h"
+#include "src/dynamics/mode_selection.h"
 
 namespace contact_flow {
 
@@ -110,11 +111,12 @@ class Resolution {
   }
   /// Whether guard i, which falls with this slope, vanishes together with the trigger.
   bool FallsWith(int i, double value, double slope, double trigger_error) const {
-    const double far =
-        rules_.simultaneity_tolerance > 0
-            ? std::numeric_limits<double>::infinity()
-            : kInstantErrors * std::min(guard_error_(i), guard_reach_(i)) + guard_reach_(i);
-    return value <= std::min(far, Within(i, slope, trigger_error) * -slope);
+    return value <= std::min(Far(i), Within(i, slope, trigger_error) * -slope);
+  }
+  /// A guard that is larger than this does not vanish now, however little is known of instants.
+  double Far(int i) const {
+    if (rules_.simultaneity_tolerance > 0) return std::numeric_limits<double>::infinity();
+    return kInstantErrors * std::min(guard_error_(i), guard_reach_(i)) + guard_reach_(i);
   }
   /// Estimated error of the instant at which guard i, of this slope, vanishes [s]; a gap that
   /// grazes is turned by its acceleration ä: δt ≤ min(δa/|ȧ|, √(2 δa/|ä|)).
@@ -133,6 +135,7 @@ class Resolution {
   }
   std::string Sentence(const std::string& what) const;
 
+  ForceTolerance WhatVanishes() const;
   ConstraintSet Resting(const Vector& v_plus, ConstraintSet hit, ConstraintSet touching);
   void Release(ConstraintSet rigid);
   void Settle(const Vector& v_plus, ConstraintSet hit, ConstraintSet resting,

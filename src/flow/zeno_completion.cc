@@ -113,7 +113,7 @@ bool Flow::CompleteZeno(ConstraintSet sticking) {
     const ConstraintSet pressed = last.mode_after & system_.compliant();
     status_ = Guarded(t_, [&] {
       const ModeSelection selection =
-          SelectMode(&dynamics_, last.x_plus, sticking, last.tolerance, pressed);
+          SelectMode(&dynamics_, last.x_plus, sticking, {last.tolerance}, pressed);
       last.mode_after = selection.mode;
       last.implied = selection.implied;
     });

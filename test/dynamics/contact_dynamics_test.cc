@@ -303,9 +303,9 @@ TEST(SelectContactMode, AVanishingForceBelongsIfItGrows) {
   ContactDynamics dynamics(*system, system->nominal().u);
   Vector x = Vector::Zero(6);
   x(5) = 1;
-  EXPECT_EQ(ContactMode({1}), SelectContactMode(&dynamics, x, {0, 1}, 0));
+  EXPECT_EQ(ContactMode({1}), SelectContactMode(&dynamics, x, {0, 1}, {}));
   x(5) = -1;  // the clock runs backwards: the force grows
-  EXPECT_EQ(ContactMode({0, 1}), SelectContactMode(&dynamics, x, {0, 1}, 0));
+  EXPECT_EQ(ContactMode({0, 1}), SelectContactMode(&dynamics, x, {0, 1}, {}));
 }
 
 }  // namespace

@@ -181,7 +181,7 @@ TEST_F(ManyLimbs, ChosenContactsPushAndOthersOpen) {
     if (k < 10) y.head(system->num_positions()).tail(2 * kLegs).setConstant(0.1);  // pressed
     dynamics.Evaluate(y, ContactMode());
     clear += dynamics.PushClearly(y, all, ConstraintSet());
-    const ContactMode mode = SelectContactMode(&dynamics, y, all, 0);
+    const ContactMode mode = SelectContactMode(&dynamics, y, all, {});
     dynamics.Evaluate(y, mode);
     ConstraintTerms terms;
     system->Constraints(y.head(system->num_positions()), y.tail(system->dof()), &terms);
