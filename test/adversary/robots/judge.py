@@ -10,20 +10,23 @@ import beside
 import costs
 import directions
 import generate
+import laws
 import linkages
 import machines
 import methods
 import online
 import parameters
+import pieces
 import returns
 import schedules
+import starts
 import symmetries
 import units
 from trial import Trial, Verdict, begin
 
 JUDGES: Dict[str, Callable[[Trial], None]] = {
-    module.__name__: module.judge for module in (directions, parameters, schedules, returns, symmetries, costs, methods, online,
-                                               beside, units)}
+    module.__name__: module.judge for module in (laws, directions, parameters, pieces, starts, schedules, returns, symmetries, costs,
+                                               methods, online, beside, units)}
 DRAW = {"trees": generate.draw, "machines": machines.draw, "linkages": linkages.draw}
 
 
