@@ -155,16 +155,21 @@ py::tuple Clusters(const Derivative& d, const py::object& w) {
   return py::make_tuple(reading.inner_radius, reading.in_order);
 }
 
-NamedRadius Radius(const Derivative& d, const py::object& w) {
+/// What is watched of the run serves all w.
+NamedRadius Radius(const Derivative& d, const py::object& w, double max_seconds) {
   CheckExists(d);
+  CheckMaxSeconds(max_seconds);
   const Vector direction = ToAdmitted(d, w);
   NamedRadius radius;
-  radius.value = AloneWith(d, [&] {
-    if (!d.estimator) {
-      d.estimator = std::make_unique<ValidityEstimator>(d.system(), d.run->trajectory, d.map);
-    }
-    return (*d.estimator)(direction);
-  });
+  radius.value = AloneWith(
+      d,
+      [&] {
+        if (!d.estimator) {
+          d.estimator = std::make_unique<ValidityEstimator>(d.system(), d.run->trajectory, d.map);
+        }
+        return (*d.estimator)(direction);
+      },
+      max_seconds);
   if (radius.value.constraint >= 0) {
     radius.constraint =
         d.run->description().constraints[static_cast<std::size_t>(radius.value.constraint)];
@@ -287,7 +292,9 @@ void BindDerivative(py::module_* module) {
            "makes; where that takes longer than `max_seconds`, estimated from the run itself.")
       .def("perturbed_modes", &Modes, py::arg("w"),
            "Names of the contacts that hold on each arc of the run perturbed along w.")
-      .def("radius", &Radius, py::arg("w"), "How far along w it holds, as a ValidityRadius.")
+      .def("radius", &Radius, py::arg("w"), py::arg("max_seconds") = kForever,
+           "How far along w it holds, as a ValidityRadius. Raises BudgetExceeded where it takes\n"
+           "longer than `max_seconds`.")
       .def("clusters", &Clusters, py::arg("w"),
            "(α, B'(w)): below α the order of the merged events is that of their instants, with B'.")
       .def("compare", &Compare, py::arg("w"),

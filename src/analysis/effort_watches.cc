@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 #include "contact_flow/budget.h"
-#include "contact_flow/derivative/variation.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/model/effort_limits.h"
+#include "propagator_along.h"
 #include "resolved_instants.h"
 #include "validity_margins.h"
 
@@ -112,7 +114,7 @@ void EffortWatches::WatchTurns(std::size_t k) {
     return GuardSample{here, rate, Vector::Constant(here.size(), kShareRounding)};
   };
   const std::vector<double> times = ResolvedInstants(arc, sample);
-  ContactDynamics dynamics(system_, arc.u, derivative_.options.variables);
+  std::vector<std::pair<double, int>> turns;
   Vector fall;  // in the piece before
   Vector left = shares(times[0]);
   for (std::size_t p = 1; p < times.size(); ++p) {
@@ -122,19 +124,22 @@ void EffortWatches::WatchTurns(std::size_t k) {
       if (!(fall(i) * rise(i) < 0)) continue;
       if (std::max(std::abs(fall(i)), std::abs(rise(i))) <= kShareRounding) continue;  // at rest
       const auto share = [&](double t) { return shares(t)(i); };
-      Arc part = arc;
-      part.t_end = TurnOf(share, fall(i) < 0 ? 1 : -1, times[p - 2], times[p]);
-      arc.dense.Evaluate(part.t_end, x.data());
-      part.x_end = x;
-      const Matrix propagator = PropagateArc(&dynamics, part, derivative_.options.tolerance);
-      for (Watch& watch : At(k, part.t_end)) {
-        if (watch.effort != i) continue;
-        watch.gradient = watch.gradient * propagator;
-        turns_[k].push_back(std::move(watch));
-      }
+      turns.emplace_back(TurnOf(share, fall(i) < 0 ? 1 : -1, times[p - 2], times[p]), i);
     }
     left = right;
     fall = rise;
+  }
+  if (turns.empty()) return;
+  std::sort(turns.begin(), turns.end());
+  ContactDynamics dynamics(system_, arc.u, derivative_.options.variables);
+  PropagatorAlong along(&dynamics, arc, derivative_.options.tolerance);
+  for (const auto& [t, effort] : turns) {
+    const Matrix& propagator = along.To(t);
+    for (Watch& watch : At(k, t)) {
+      if (watch.effort != effort) continue;
+      watch.gradient = watch.gradient * propagator;
+      turns_[k].push_back(std::move(watch));
+    }
   }
 }
 

@@ -2,10 +2,13 @@
 // Where the guards of a run with friction are least, for its radius of validity.
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
 
-#include "contact_flow/derivative/variation.h"
 #include "departures.h"
 #include "friction_validity.h"
+#include "propagator_along.h"
 #include "resolved_instants.h"
 
 namespace contact_flow {
@@ -16,6 +19,8 @@ namespace {
 constexpr double kZero = 1e-7, kZeroElsewhere = 1e-10;
 /// A slip that no event of its own ends or begins is known to so many absolute tolerances.
 constexpr double kKnownSlip = 10;
+/// What is no more than this part of a guard is no dip of it.
+constexpr double kShallow = 1e-3;
 /// Of a piece, down to rounding.
 constexpr int kConeBisections = 45;
 
@@ -24,6 +29,43 @@ bool Moves(const WatchedGuards::Values& at, Eigen::Index guard, bool located = t
   const double terms = at.gradient.row(guard).cwiseAbs().dot(at.field.cwiseAbs());
   return std::abs(at.rate(guard)) > (located ? kZero : kZeroElsewhere) * terms;
 }
+
+/// Where the cubic with these values and rates at 0 and h turns, between rates of opposite signs.
+double TurnOfCubic(double a, double rate_a, double b, double rate_b, double h) {
+  const double sign = rate_a < 0 ? 1 : -1, c = sign * rate_a, fall = sign * (b - a) / h;
+  const double bend = 3 * fall - 2 * c - sign * rate_b, cube = c + sign * rate_b - 2 * fall;
+  const double s = -c / (bend + std::sqrt(std::max(0.0, bend * bend - 3 * cube * c)));
+  return a + sign * h * s * (c + s * (bend + s * cube));
+}
+
+/// Looks at values one after the other for those that they fall to and rise from.
+class ValleySearch {
+ public:
+  /// Whether the value is above the last lowest one by more than `least`, to which they had fallen
+  /// by as much. `piece` is where its minimum is.
+  bool Passes(double value, std::size_t piece, double least) {
+    const bool passes = falls_ && value - low_ > least;
+    if (passes) falls_ = false;
+    if (passes || first_) high_ = value;
+    if (!falls_ && high_ - value > least) {
+      falls_ = true;
+      low_ = std::numeric_limits<double>::infinity();
+    }
+    if (falls_ && value < low_) {
+      low_ = value;
+      lowest_ = piece;
+    }
+    high_ = std::max(high_, value);
+    first_ = false;
+    return passes;
+  }
+  std::size_t lowest() const { return lowest_; }
+
+ private:
+  bool first_ = true, falls_ = false;
+  double high_ = 0, low_ = 0;
+  std::size_t lowest_ = 0;
+};
 
 }  // namespace
 
@@ -116,45 +158,17 @@ void FrictionValidity::WatchEnds(std::size_t k) {
   }
 }
 
-/// Minima of guards inside the arc, roots of their rates.
+/// Minima of guards inside the arc, roots of their rates, which they fall to and rise from by more
+/// than what counts as zero, or as nothing beside their value.
 void FrictionValidity::WatchDips(std::size_t k) {
   const Arc& arc = trajectory_.arcs[k];
+  if (arc.dense.Empty()) return;
   Watched& of = arcs_[k];
   const std::vector<WatchedGuards::Guard>& guards = of.guards->guards();
   Vector x = arc.x_begin;
   const auto at = [&](double t) {
     arc.dense.Evaluate(t, x.data());
     return of.guards->At(x);
-  };
-  std::vector<bool> risen(guards.size());
-  for (std::size_t g = 0; g < guards.size(); ++g) {
-    risen[g] = !BeginsAtZero(k, static_cast<Eigen::Index>(g));
-  }
-  WatchedGuards::Values before = of.begin;
-  double left = arc.t_begin;
-  const auto look = [&](double right) {
-    const WatchedGuards::Values behind = at(right);
-    for (std::size_t g = 0; g < guards.size(); ++g) {
-      const auto row = static_cast<Eigen::Index>(g);
-      if (risen[g] && before.rate(row) < 0 && behind.rate(row) >= 0) {
-        double low = left, high = right;
-        for (int i = 0; i < kConeBisections; ++i) {
-          const double middle = low + (high - low) / 2;
-          (at(middle).rate(row) < 0 ? low : high) = middle;
-        }
-        const WatchedGuards::Values least = at(high);
-        Arc begin = arc;
-        begin.t_end = high;
-        begin.x_end = x;
-        const Matrix propagator =
-            PropagateArc(of.dynamics.get(), begin, derivative_.options.tolerance);
-        of.dips.push_back({guards[g].limit, guards[g].constraint, high, least.value(row), 0,
-                           least.gradient.row(row) * propagator});
-      }
-      risen[g] = risen[g] || behind.rate(row) > 0;
-    }
-    before = behind;
-    left = right;
   };
   const auto sample = [&](double t) {
     const WatchedGuards::Values values = at(t);
@@ -164,8 +178,43 @@ void FrictionValidity::WatchDips(std::size_t k) {
     }
     return guard;
   };
-  if (arc.dense.Empty()) return;
-  for (const double instant : ResolvedInstants(arc, sample)) look(instant);
+  const std::vector<double> instants = ResolvedInstants(arc, sample);
+  std::vector<ValleySearch> valleys(guards.size());
+  std::vector<std::pair<double, std::size_t>> dips;
+  WatchedGuards::Values before;
+  for (std::size_t m = 0; m < instants.size(); ++m) {
+    const WatchedGuards::Values now = at(instants[m]);
+    for (std::size_t g = 0; g < guards.size(); ++g) {
+      const auto row = static_cast<Eigen::Index>(g);
+      const double value = now.value(row), rate = now.rate(row);
+      const double least = std::max(ZeroOf(guards[g], now, false), kShallow * std::abs(value));
+      const auto look = [&](double height, std::size_t piece) {
+        if (!valleys[g].Passes(height, piece, least)) return;
+        double low = instants[valleys[g].lowest()], high = instants[valleys[g].lowest() + 1];
+        for (int i = 0; i < kConeBisections; ++i) {
+          const double middle = low + (high - low) / 2;
+          (at(middle).rate(row) < 0 ? low : high) = middle;
+        }
+        dips.emplace_back(high, g);
+      };
+      if (m > 0 && before.rate(row) * rate < 0) {
+        const double length = instants[m] - instants[m - 1];
+        look(TurnOfCubic(before.value(row), before.rate(row), value, rate, length), m - 1);
+      }
+      look(value, m > 0 && rate >= 0 ? m - 1 : m);
+    }
+    before = now;
+  }
+  if (dips.empty()) return;
+  std::sort(dips.begin(), dips.end());
+  PropagatorAlong along(of.dynamics.get(), arc, derivative_.options.tolerance);
+  for (const auto& [t, g] : dips) {
+    const Matrix& propagator = along.To(t);
+    const WatchedGuards::Values least = of.guards->At(along.x());
+    const auto row = static_cast<Eigen::Index>(g);
+    of.dips.push_back({guards[g].limit, guards[g].constraint, t, least.value(row), 0,
+                       least.gradient.row(row) * propagator});
+  }
 }
 
 }  // namespace contact_flow

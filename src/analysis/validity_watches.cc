@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Where the guards of a run are least, for its radius of validity.
+#include <algorithm>
 #include <cmath>
 #include <utility>
+#include <vector>
 
 #include "contact_flow/analysis/validity_radius.h"
-#include "contact_flow/derivative/variation.h"
 #include "departures.h"
 #include "guard_dips.h"
+#include "propagator_along.h"
 #include "src/dynamics/guard_gradients.h"
 
 namespace contact_flow {
@@ -38,19 +40,18 @@ Eigen::RowVectorXd ValidityEstimator::GuardGradient(std::size_t k, const VectorR
 
 void ValidityEstimator::WatchDips(std::size_t k) {
   const Arc& arc = trajectory_.arcs[k];
-  for (const GuardDip& dip : FindGuardDips(system_, arc, trajectory_.gap_tolerance)) {
-    Arc begin = arc;
-    begin.t_end = dip.t;
-    begin.x_end.resize(arc.x_begin.size());
-    arc.dense.Evaluate(dip.t, begin.x_end.data());
-    const Matrix propagator =
-        PropagateArc(dynamics_[k].get(), begin, derivative_.options.tolerance);
+  std::vector<GuardDip> dips = FindGuardDips(system_, arc, trajectory_.gap_tolerance);
+  if (dips.empty()) return;
+  std::sort(dips.begin(), dips.end(), [](const auto& a, const auto& b) { return a.t < b.t; });
+  PropagatorAlong along(dynamics_[k].get(), arc, derivative_.options.tolerance);
+  for (const GuardDip& dip : dips) {
+    const Matrix& propagator = along.To(dip.t);
     Watch watch;
     watch.limit = dip.is_force ? Limit::kForce : Limit::kGap;
     watch.constraint = dip.constraint;
     watch.t = dip.t;
     watch.value = dip.value;
-    watch.gradient = GuardGradient(k, begin.x_end, dip.constraint) * propagator;
+    watch.gradient = GuardGradient(k, along.x(), dip.constraint) * propagator;
     dips_[k].push_back(std::move(watch));
   }
 }

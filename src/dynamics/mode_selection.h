@@ -19,14 +19,16 @@ struct UndecidedMode : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Which forces count as those that vanish now.
+/// Which forces count as those that vanish now: those that do so within a time at their present
+/// rates, and of some those alone that are small enough.
 struct ForceTolerance {
-  double within = 0;          ///< [s] those that do so within this time, at their present rates,
-  Vector largest = Vector();  ///< [n] unless they are larger; empty: however large they are
+  double within = 0;                        ///< [s]
+  ConstraintSet bounded = ConstraintSet();  ///< these only
+  const Vector* largest = nullptr;          ///< up to that [n], which outlives this
 
   double Of(int i, double rate) const {
     const double soon = within * std::abs(rate);
-    return largest.size() > 0 ? std::min(soon, largest(i)) : soon;
+    return bounded.Contains(i) ? std::min(soon, (*largest)(i)) : soon;
   }
 };
 

@@ -111,12 +111,11 @@ class Resolution {
   }
   /// Whether guard i, which falls with this slope, vanishes together with the trigger.
   bool FallsWith(int i, double value, double slope, double trigger_error) const {
-    return value <= std::min(Far(i), Within(i, slope, trigger_error) * -slope);
-  }
-  /// A guard that is larger than this does not vanish now, however little is known of instants.
-  double Far(int i) const {
-    if (rules_.simultaneity_tolerance > 0) return std::numeric_limits<double>::infinity();
-    return kInstantErrors * std::min(guard_error_(i), guard_reach_(i)) + guard_reach_(i);
+    const double far =
+        rules_.simultaneity_tolerance > 0
+            ? std::numeric_limits<double>::infinity()
+            : kInstantErrors * std::min(guard_error_(i), guard_reach_(i)) + guard_reach_(i);
+    return value <= std::min(far, Within(i, slope, trigger_error) * -slope);
   }
   /// Estimated error of the instant at which guard i, of this slope, vanishes [s]; a gap that
   /// grazes is turned by its acceleration ä: δt ≤ min(δa/|ȧ|, √(2 δa/|ä|)).

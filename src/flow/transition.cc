@@ -65,16 +65,12 @@ ConstraintSet Resolution::Resting(const Vector& v_plus, ConstraintSet hit, Const
   return resting;
 }
 
-/// Forces that vanish with the cluster: those that fall with it, and no others of its members.
+/// Forces that vanish with the cluster: its own, and no others of members that are larger than what
+/// tolerances may grow to, however little is known of its instant.
 ForceTolerance Resolution::WhatVanishes() const {
   const Transition& cluster = result_.transition;
-  const int n = system_.num_constraints();
-  ForceTolerance forces{cluster.tolerance, Vector(n)};
-  for (int i = 0; i < n; ++i) {
-    const bool stays = IsMember(i) && !cluster.vanishing.Contains(i);
-    forces.largest(i) = stays ? Far(i) : std::numeric_limits<double>::infinity();
-  }
-  return forces;
+  if (rules_.simultaneity_tolerance > 0) return {cluster.tolerance};
+  return {cluster.tolerance, cluster.mode_before - compliant_ - cluster.vanishing, &guard_reach_};
 }
 
 /// The mode behind an impact, of those that rest.

@@ -137,6 +137,10 @@ class Derivatives(unittest.TestCase):
         self.assertEqual("budget_exceeded", late.status.outcome.replace(" ", "_"))
         with self.assertRaisesRegex(cf.NoDerivative, "budget"):
             late.pieces()
+        radius = self.biped.simulate().derivative().radius
+        with self.assertRaises(cf.BudgetExceeded):
+            radius("+body_pitch", max_seconds=1e-9)
+        self.assertGreater(float(radius("+body_pitch", max_seconds=600)), 0)  # what was not done is begun anew
 
     def test_misuse(self):
         with self.assertRaisesRegex(ValueError, "w has 3 numbers, expected 15"):

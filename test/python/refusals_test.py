@@ -112,6 +112,8 @@ class Options(unittest.TestCase):
         for bad in (math.nan, -1, 0):
             with self.assertRaisesRegex(ValueError, "max_seconds"):
                 B.run.derivative(max_seconds=bad)
+            with self.assertRaisesRegex(ValueError, "max_seconds"):
+                B.radius("+body_pitch", max_seconds=bad)
         self.assertEqual(2, command("derive", "soft_biped", "-w", "body_pitch=nan")[0])
 
     def test_numbers_that_are_none(self):

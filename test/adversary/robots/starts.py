@@ -8,7 +8,7 @@ import numpy as np
 from trial import DERIVATIVE, OPTIONS, Trial, error_of, hold_against_quotients
 
 NEAR = 1e-3  # [s] of an event: the words of the two runs may differ there
-ROOM = dict(gap_tolerance=1e-5, speed_tolerance=1e-4)  # of starts beside it, which leave their contacts by α²
+LEAVES = 30  # times α²: by what starts beside it leave their contacts
 
 
 def judge(trial: Trial) -> None:
@@ -51,7 +51,9 @@ def judge(trial: Trial) -> None:
                 continue
 
             def quotient(alpha: float) -> Any:
-                run = robot.simulate(robot.perturb(here, alpha * sign * w), duration - at, **OPTIONS, **ROOM)
+                room = max(1e-9, LEAVES * alpha ** 2)
+                run = robot.simulate(robot.perturb(here, alpha * sign * w), duration - at, gap_tolerance=room,
+                                     speed_tolerance=room, **OPTIONS)
                 return robot.separation(run.final_state, rest.final_state) / alpha if run.status.ok else None
 
             hold_against_quotients(verdict, "direction from a start", b, stated, radius, quotient)
