@@ -2,6 +2,7 @@
 """What mechanics asks of a run, looked at everywhere along it and at each event, by numbers that no event decided: gaps do not
 close below zero, forces push, friction is in its cone and against the slip, M dv/dt is what acts, jumps of M v are impulses,
 an impact gives no energy and keeps no approach."""
+import re
 from typing import Any, Dict, Iterator, List, Tuple
 
 import numpy as np
@@ -11,8 +12,9 @@ from trial import Trial
 
 SAMPLES = 40  # of each arc, at irregular places, thick at its ends
 GAP, RATE = 1e-8, 1e-6  # [m], [m/s], beside the size of state and speed
+REST = 2e-8  # [m/s] what an event may make rest
 FORCE = 1e-6  # beside the largest one
-SHORT = 1e-6  # [s]
+SHORT = 1e-6  # [s] beside Painlevé's obstacles, and as a slip in space turns before it ends, forces leave their bounds
 MOTION = 1e-4  # of M dv/dt, a difference quotient, beside the largest term
 
 
@@ -38,17 +40,9 @@ class Contacts:
         return gap, jacobian, jacobian @ v
 
 
-def unforced(trial: Trial, arc: Any) -> bool:
-    """Whether it is short and begins or ends with an obstacle that was told: forces grow beyond bounds beside Painlevé's."""
-    ends = [event for event in trial.run.events if event.t in (arc.t_begin, arc.t_end)]
-    return arc.t_end - arc.t_begin < SHORT and not all(event.obstacle.ok for event in ends)
-
-
 def instants(trial: Trial, arc: Any) -> Iterator[float]:
     """Places of an arc, thick at its ends."""
     length = arc.t_end - arc.t_begin
-    if length <= 0:
-        return
     for s in np.sort(trial.random(70).uniform(0, 1, SAMPLES)):
         yield arc.t_begin + length * float(0.5 - 0.5 * np.cos(np.pi * s))
 
@@ -112,15 +106,18 @@ def weigh_jump(trial: Trial, contacts: Contacts, event: Any) -> None:
     pushed[heavy] = 0
     size, speed = 1 + float(np.abs(pushed).max()), 1 + float(np.abs(before).max())
     name = f"event at {event.t:.6f}"
-    rest = float(np.sqrt(2 * abs(event.energy_lost) * np.diag(mass).max()))  # of what was made rest, by no impulse
+    heaviest = float(np.diag(mass).max())
+    rest = float(np.sqrt(2 * abs(event.energy_lost) * heaviest)) + REST * heaviest  # of what was made rest, by no impulse
     left = float(np.abs(mass @ jump - pushed).max())
     verdict.weigh("jump", left <= 1e-7 * size + rest, f"{name} {left:.2e} of {size:.2e}, rest {rest:.2e}")
     for i, letter in enumerate(event.word_after):
         if event.word_before[i] == letter == "o" and contacts.names[i] not in event.activated:
             continue
         what = f"{name}, '{contacts.names[i]}' {event.word_before[i]}{letter}"
-        verdict.weigh("impulse", impulse[i] >= -1e-9 * size, f"{what} {impulse[i]:.2e}")
         verdict.weigh("approach after", after[i] >= -RATE * speed, f"{what} {after[i]:.2e}")
+        if not event.obstacle.ok:  # shares of impulses that are not unique
+            continue
+        verdict.weigh("impulse", impulse[i] >= -1e-9 * size, f"{what} {impulse[i]:.2e}")
         drag = float(np.linalg.norm(impulse[contacts.rows[i]])) if contacts.rows[i] else 0.0
         verdict.weigh("cone of impulses", drag <= contacts.friction[i] * impulse[i] + 1e-9 * size, f"{what} {drag:.3e}")
     if not len(heavy):
@@ -135,12 +132,18 @@ def judge(trial: Trial) -> None:
     coefficients = {name: 0.0 if name.endswith(("_lower", "_upper")) else made for name in trial.robot.constraints}
     coefficients.update({name: float(constraint.get("friction", 0)) for name, constraint in yaml["constraints"].items()})
     contacts = Contacts(trial.robot, coefficients)
+    shared = [warning.t for warning in trial.run.warnings
+              if warning.code == "indeterminate forces" and re.search(r"decides? the motion", warning.message)]
+    unique = min(shared, default=float("inf"))  # until then: shares that decide may leave their cones, which is told
     if len(trial.robot.constraint_terms(trial.run.x0[:trial.robot.num_positions], np.zeros(trial.robot.dof))[0]) != contacts.size:
         trial.verdict.counts["laws: other rows"] += 1  # brakes
         return
     for arc in trial.run.arcs:
-        if unforced(trial, arc):
-            trial.verdict.counts["laws: arcs beside an obstacle"] += 1
+        if arc.t_end - arc.t_begin < SHORT:
+            trial.verdict.counts["laws: short arcs"] += 1
+            continue
+        if arc.t_begin >= unique:
+            trial.verdict.counts["laws: arcs of forces that are not unique"] += 1
             continue
         for t in instants(trial, arc):
             weigh_letters(trial, contacts, np.array(trial.run.x(t)), np.array(trial.run.force(t)), arc.word, t)
