@@ -3,6 +3,7 @@
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/impact.h"
 #include "contact_flow/dynamics/word_selection.h"
+#include "contact_flow/flow/manifold_projection.h"
 #include "contact_flow/flow/simulate.h"
 #include "convert.h"
 #include "unlocked.h"
@@ -198,6 +199,16 @@ void BindTerms(py::module_* module) {
                                    Finite(ToVector(w, "w", 2 * s.get().dof()), "w"));
           },
           py::arg("x"), py::arg("w"), "x ⊞ w for a tangent w = (δq, δv) [2d].")
+      .def(
+          "project",
+          [](const System& s, const py::object& x) {
+            Vector state = Finite(ToState(s, x), "x");
+            if (ProjectState(s.get(), &state)) return state;
+            throw py::value_error("x is too far from its closed loops: give angles nearer to them");
+          },
+          py::arg("x"),
+          "The state on closed loops near x: unit quaternions, b(q) = 0 and Db v = 0, by the\n"
+          "shortest moves in the kinetic metric. ValueError where there is none near.")
       .def(
           "separation",
           [](const System& s, const py::object& to, const py::object& from) {

@@ -52,6 +52,7 @@ bool Flow::LosesLoop() {
     return RowLayout(system_).Bilateral(terms_.jacobian);
   };
   const Matrix begin = rows_at(x_), end = rows_at(stepper_->end());
+  if (begin == end) return false;  // gears
   const Vector size = begin.rowwise().norm();
   loop_size_ = loop_size_.size() > 0 ? loop_size_.cwiseMax(size).eval() : size;
   const auto part = [&](const Matrix& rows) { return MostDependent(rows, loop_size_).part; };

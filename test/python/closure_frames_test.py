@@ -101,6 +101,23 @@ class ClosureFrames(unittest.TestCase):
             self.assertRegex(run.status.message, "'loop_[xz]' depends on those before it")
             self.assertAlmostEqual(np.pi / 2, of_joints(robot, run.final_state)[0], delta=2e-3)
 
+    def test_a_start_that_nearly_closes(self):
+        """Angles of two digits are refused, and moved onto the loop."""
+        robot = four_bar(0.4, frame="rod")
+        x = robot.perturb(robot.nominal.x, 1e-2 * np.random.default_rng(2).normal(size=2 * robot.dof))
+        with self.assertRaisesRegex(ValueError, "'loop_x' is .*does not meet it"):
+            robot.simulate(x, 0.1)
+        y = robot.project(x)
+        gap, rows, _ = robot.constraint_terms(y[:robot.num_positions], y[robot.num_positions:])
+        np.testing.assert_allclose(gap[1:], 0, atol=1e-13)
+        np.testing.assert_allclose(rows[1:] @ y[robot.num_positions:], 0, atol=1e-13)
+        self.assertLess(np.linalg.norm(robot.separation(y, x)), 0.1)
+        self.assertTrue(robot.simulate(y, 0.1).status.ok)
+        y = x.copy()
+        y[list(robot.state_names).index("bar")] = np.nan
+        with self.assertRaisesRegex(ValueError, "not finite"):
+            robot.project(y)
+
     def test_a_frame_that_is_none(self):
         """It is refused with what it may be."""
         with self.assertRaisesRegex(ValueError, "closures/loop/frame is 'body', expected world, or one of its links: 'shoe', 'rod'"):
