@@ -31,17 +31,18 @@ std::string SingularMass(const MechanicalSystem& system, const Vector& x, const 
          " can move together and move no mass. Give what they carry an inertia, or begin elsewhere";
 }
 
-std::string LostLoop(const MechanicalSystem& system, const Vector& x) {
+std::string LostLoop(const MechanicalSystem& system, const Vector& x, const Vector& size) {
   constexpr double kNearly = 1e-2;
   if (system.num_bilateral() == 0) return "";
   ConstraintTerms terms;
   system.Constraints(x.head(system.num_positions()), x.tail(system.dof()), &terms);
-  const DependentRow lost = MostDependent(RowLayout(system).Bilateral(terms.jacobian));
+  const Matrix rows = RowLayout(system).Bilateral(terms.jacobian);
+  const DependentRow lost = size.size() > 0 ? MostDependent(rows, size) : MostDependent(rows);
   if (!(lost.part <= kNearly)) return "";
   std::ostringstream text;
   text.precision(2);
   text << "; bilateral constraint '" << system.description().bilateral[lost.row]
-       << "' depends on those before it there, all but " << lost.part
+       << "' depends on those before it there, or has vanished, all but " << lost.part
        << " of it: its loop is stretched out, or its `axes` have turned away from it: give them "
           "the `frame` of one of its links";
   return text.str();

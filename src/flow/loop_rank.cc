@@ -45,7 +45,7 @@ bool VanishesWithin(double begin, double end, const F& f, double known) {
 /// Whether bilateral rows become dependent inside the step that was tried, on all of its way. The
 /// run ends where such a step begins near, or is short.
 bool Flow::LosesLoop() {
-  if (system_.num_bilateral() < 2) return false;
+  if (system_.num_bilateral() == 0) return false;
   const int nq = system_.num_positions(), d = system_.dof();
   const auto rows_at = [&](const Vector& x) -> Matrix {
     system_.Constraints(x.head(nq), x.tail(d), &terms_);
@@ -70,7 +70,8 @@ bool Flow::LosesLoop() {
   const double known = kLeap * (options_.absolute_tolerance + options_.relative_tolerance);
   if (!nears && !VanishesWithin(at_begin, at_end, inside, known)) return false;
   if (at_begin <= kThere || stepper_->step() <= kSoon * std::max(1.0, t_)) {
-    Stop(Outcome::kNonFinite, "closed loops lose their rank just ahead" + LostLoop(system_, x_));
+    Stop(Outcome::kNonFinite,
+         "closed loops lose their rank just ahead" + LostLoop(system_, x_, loop_size_));
   }
   return true;
 }

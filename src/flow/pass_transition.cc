@@ -38,10 +38,11 @@ void Flow::Warn(Outcome code, const std::string& message) {
 void Flow::StopWithoutSteps() {
   const auto& names = system_.description().constraints;
   Stop(Outcome::kNonFinite,
-       too_quick_ >= 0 ? "constraint '" + names[guards_.ConstraintOf(too_quick_)] +
-                             "' changes too quickly: no step size resolves it"
-                       : "the motion leaves the model's domain: no step size is small enough" +
-                             SingularMass(system_, x_, u(), mode_) + LostLoop(system_, x_));
+       too_quick_ >= 0
+           ? "constraint '" + names[guards_.ConstraintOf(too_quick_)] +
+                 "' changes too quickly: no step size resolves it"
+           : "the motion leaves the model's domain: no step size is small enough" +
+                 SingularMass(system_, x_, u(), mode_) + LostLoop(system_, x_, loop_size_));
 }
 
 void Flow::WarnOfSharedForces() {

@@ -90,7 +90,12 @@ TEST(BilateralConstraints, StatesOffThemAreRefused) {
   } catch (const std::invalid_argument& refusal) {
     EXPECT_NE(std::string::npos, std::string(refusal.what()).find("left_leg_x")) << refusal.what();
   }
+  Vector far = x;
+  EXPECT_FALSE(ProjectState(*jointed, &far, 1e-4));  // it is 1e-3 away
+  far = x;
+  EXPECT_TRUE(ProjectState(*jointed, &far, 1e-2));
   EXPECT_TRUE(ProjectState(*jointed, &x));
+  EXPECT_EQ(x, far);
   EXPECT_TRUE(Simulate(*jointed, x, Vector(0), 0.2).status.ok());
 }
 

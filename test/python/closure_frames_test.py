@@ -101,6 +101,24 @@ class ClosureFrames(unittest.TestCase):
             self.assertRegex(run.status.message, "'loop_[xz]' depends on those before it")
             self.assertAlmostEqual(np.pi / 2, of_joints(robot, run.final_state)[0], delta=2e-3)
 
+    def test_one_row_that_vanishes(self):
+        """A bar that hangs, with a shorter one up: its tip goes along a line whose row is zero there, and may go on in two ways,
+        θ and φ from these with φ² = 2 θ². A row alone depends on no other."""
+        urdf = ('<robot name="r"><link name="base"/>' + link("long", 1, -0.2) + link("short", 1, -0.1) +
+                hinge("a", "base", "long", "0 0 0") + hinge("b", "long", "short", "0 0 -0.4") + "</robot>")
+        a = 0.5
+        turn = np.arccos((0.2 - 0.4 * np.cos(a)) / 0.2)  # of the short one: 0.4 cos a + 0.2 cos(a + b) = 0.2
+        robot = cf.Robot.from_strings(urdf, json.dumps({
+            "base": "fixed", "gravity": 0, "nominal": {
+                "positions": {"a": a, "b": turn - a}, "velocities": {"a": -1.0, "b": 1 + 2 * np.sin(a) / np.sin(turn)}},
+            "closures": {"tip": {"link": "short", "point": [0, 0, -0.2], "other_link": "base", "other_point": [0, 0, -0.2],
+                                 "axes": "z"}}}))
+        x = robot.project(robot.nominal.x)
+        run = robot.simulate(x, 2.0, relative_tolerance=1e-10, absolute_tolerance=1e-10)
+        self.assertEqual("non-finite", run.status.outcome)
+        self.assertRegex(run.status.message, "'tip_z' depends on those before it there, or has vanished")
+        self.assertAlmostEqual(0, run.final_state[0], delta=2e-3)
+
     def test_a_start_that_nearly_closes(self):
         """Angles of two digits are refused, and moved onto the loop."""
         robot = four_bar(0.4, frame="rod")

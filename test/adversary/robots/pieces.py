@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The whole piecewise-linear map of a derivative beside its single directions, and the instants and contact modes that it tells
-of perturbed runs beside those runs."""
+"""The whole piecewise-linear map of a derivative beside its single directions, and the contact modes that it tells of perturbed
+runs beside those runs."""
 import numpy as np
 
 from trial import DERIVATIVE, OPTIONS, Trial, error_of
