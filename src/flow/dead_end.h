@@ -13,8 +13,8 @@ namespace contact_flow {
 /// Which velocities move no mass at x.
 std::string SingularMass(const MechanicalSystem& system, const Vector& x, const Vector& u,
                          const ContactMode& mode);
-/// Which bilateral constraint depends on those before it at x, or has vanished, or nearly so, beside
-/// the `size` that each has had [l]; empty: beside the longest.
+/// Which bilateral constraint depends on those before it at x, or has vanished, or nearly so, by
+/// the `size` that each has had [l]; where that is empty, by the longest.
 std::string LostLoop(const MechanicalSystem& system, const Vector& x, const Vector& size);
 
 }  // namespace contact_flow
