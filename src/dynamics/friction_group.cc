@@ -12,6 +12,7 @@
 #include "dependent_words.h"
 #include "equal_springs.h"
 #include "only_solution.h"
+#include "projected_word.h"
 #include "searched_words.h"
 #include "slip_directions.h"
 #include "turning_onset.h"
@@ -107,9 +108,10 @@ class Group {
   std::vector<FrictionSolution> WithoutLimit(std::vector<FrictionSolution> found) {
     double words = 1;
     for (const auto& letters : alphabet_) words *= static_cast<double>(letters.size());
-    if (problem_.contacts.size() <= kMaxDependentContacts || words > kMostWords) return found;
+    const bool all = problem_.contacts.size() <= kMaxDependentContacts;
+    if (all || words > kMostWords) return found.empty() ? Projected() : found;
     any_ = true;
-    if (!Search(true)) return Uncovered();
+    if (!Search(true)) return solutions_.empty() ? Projected() : Uncovered();
     solutions_.back().springs = true;
     return WithOthers({solutions_.back()});
   }
@@ -146,16 +148,24 @@ class Group {
     return found.empty() || !found.front().springs ? found : WithOthers(std::move(found));
   }
 
-  /// Where no start of the search came to a solution, springs may.
+  /// Where no start of the search came to a solution, springs may, or projections.
   std::vector<FrictionSolution> Missed() const {
-    std::optional<FrictionSolution> springs = SolveEqualSprings(problem_);
-    if (!springs) return {};
-    FrictionSolution word = *springs;
-    const bool polished = PolishSlips(problem_, &word) && !word.many;
-    if (polished && Margin(problem_, word, scale_) >= -kMissed) *springs = std::move(word);
-    FrictionSolution found = WithoutSprings(std::move(*springs));
-    if (!(found.margin >= -kMissed) || !HasLimit(found)) return {};
-    return {std::move(found)};
+    if (std::optional<FrictionSolution> springs = SolveEqualSprings(problem_)) {
+      FrictionSolution word = *springs;
+      const bool polished = PolishSlips(problem_, &word) && !word.many;
+      if (polished && Margin(problem_, word, scale_) >= -kMissed) *springs = std::move(word);
+      FrictionSolution found = WithoutSprings(std::move(*springs));
+      if (found.margin >= -kMissed && HasLimit(found)) return {std::move(found)};
+    }
+    return Projected();
+  }
+
+  /// Without room other words may meet there, which are not looked for.
+  std::vector<FrictionSolution> Projected() const {
+    std::optional<FrictionSolution> found = FindProjectedWord(problem_, kMissed);
+    if (!found) return {};
+    found->springs = !(found->margin > room_);
+    return {std::move(*found)};
   }
 
   /// Adds what two words of one motion have in common: shares of an edge that sticks, which meet
@@ -320,16 +330,6 @@ class Group {
 };
 
 }  // namespace
-
-FrictionSolution WithoutForces(const FrictionProblem& problem, const Vector& result) {
-  FrictionSolution none;
-  none.letters.assign(problem.contacts.size(), Letter::kOpen);
-  none.directions.assign(problem.contacts.size(), Eigen::Vector2d::Zero());
-  none.force = Vector::Zero(problem.b.size());
-  none.result = result;
-  none.margin = std::numeric_limits<double>::infinity();
-  return none;
-}
 
 std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double border,
                                          const std::vector<Letter>& before) {

@@ -16,7 +16,4 @@ std::vector<FrictionSolution> SolveFrictionFrom(const FrictionProblem& problem, 
 std::vector<FrictionSolution> SolveGroup(const FrictionProblem& problem, double border,
                                          const std::vector<Letter>& before);
 
-/// All contacts open; `result` is what follows.
-FrictionSolution WithoutForces(const FrictionProblem& problem, const Vector& result);
-
 }  // namespace contact_flow

@@ -11,6 +11,7 @@
 #include "friction_group.h"
 #include "known_pads.h"
 #include "row_units.h"
+#include "word_margins.h"
 
 namespace contact_flow {
 namespace {

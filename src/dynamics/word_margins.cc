@@ -38,6 +38,16 @@ std::vector<Letter> AlphabetOf(const FrictionContact& contact) {
 
 bool Slips(Letter letter) { return letter != Letter::kOpen && letter != Letter::kStick; }
 
+FrictionSolution WithoutForces(const FrictionProblem& problem, const Vector& result) {
+  FrictionSolution none;
+  none.letters.assign(problem.contacts.size(), Letter::kOpen);
+  none.directions.assign(problem.contacts.size(), Eigen::Vector2d::Zero());
+  none.force = Vector::Zero(problem.b.size());
+  none.result = result;
+  none.margin = std::numeric_limits<double>::infinity();
+  return none;
+}
+
 double Margin(const FrictionProblem& problem, const FrictionSolution& s, double scale) {
   double margin = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i < problem.contacts.size(); ++i) {

@@ -18,6 +18,9 @@ std::vector<Letter> AlphabetOf(const FrictionContact& contact);
 /// Whether a contact with this letter slips, or begins to.
 bool Slips(Letter letter);
 
+/// All contacts open; `result` is what follows.
+FrictionSolution WithoutForces(const FrictionProblem& problem, const Vector& result);
+
 /// The slack of the tightest inequality, with what it may miss, relative to `scale`.
 double Margin(const FrictionProblem& problem, const FrictionSolution& s, double scale);
 

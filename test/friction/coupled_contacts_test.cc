@@ -11,12 +11,14 @@
 
 #include "contact_flow/dynamics/friction_problem.h"
 #include "src/dynamics/searched_words.h"
+#include "test/friction/contact_law.h"
 #include "test/io/controlled_robots.h"
 
 namespace contact_flow {
 namespace {
 
 using test::Make;
+using test::Missed;
 using test::Tight;
 
 constexpr double kWeightOfOne = 9.81;
@@ -36,28 +38,6 @@ RobotSystem PlateOf(int count, double friction) {
          << 0.2 * std::sin(angle) << ", -0.05], friction: " << friction << "}\n";
   }
   return Make(urdf, yaml.str());
-}
-
-/// The farthest that a solution is from (F4), relative to b.
-double Missed(const FrictionProblem& problem, const FrictionSolution& found) {
-  const Vector y = problem.G * found.force + problem.b;
-  double missed = 0;
-  for (std::size_t i = 0; i < problem.contacts.size(); ++i) {
-    const FrictionContact& contact = problem.contacts[i];
-    const int row = problem.Row(i);
-    const double gain = problem.G(row, row), force = found.force(row);
-    const Vector pull = found.force.segment(row + 1, contact.dimension);
-    const Vector slip = y.segment(row + 1, contact.dimension);
-    const Vector still = Vector::Zero(contact.dimension);
-    const Vector way = contact.slips     ? Vector(contact.direction.head(contact.dimension))
-                       : slip.norm() > 0 ? Vector(slip.normalized())
-                                         : still;
-    const double against = gain * (pull + contact.coefficient * force * way).norm();
-    missed = std::max({missed, -y(row), -gain * force, std::min(std::abs(y(row)), gain * force),
-                       gain * (pull.norm() - contact.coefficient * force),
-                       contact.slips ? against : std::min(slip.norm(), against)});
-  }
-  return missed / problem.b.cwiseAbs().maxCoeff();
 }
 
 /// Three legs on two points each, u and u + Ω × e of a rod along e, that feel each other a little.
