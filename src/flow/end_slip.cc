@@ -7,6 +7,7 @@
 #include "contact_flow/flow/flow.h"
 #include "held_apart.h"
 #include "resolution.h"
+#include "settled_together.h"
 #include "singular_slip.h"
 #include "src/dynamics/coordinate_reach.h"
 
@@ -50,8 +51,12 @@ bool Flow::CrossesSingularSlip(double length) const {
 /// Where no step is small enough: the proposal is a transition at the node, most often an impact
 /// that ends a slip whose force grows without bound. False where there is none.
 bool Flow::EndSlipAtNode() {
-  if (!system_.HasFriction()) return false;
+  if (!system_.HasFriction() || (mode_ - mode_.Sticking()).Empty()) return false;
   jam_ = ResolveUnresolvedSlip(&dynamics_, t_, x_, mode_, Rules());
+  if (!jam_) {
+    jam_ = ResolveBySettling(&dynamics_, t_, x_, mode_, Rules(), Outcome::kPainleveCrossing,
+                             "no step size is small enough");
+  }
   if (!jam_) return false;
   x_end_ = x_;
   end_ = t_;
@@ -103,6 +108,11 @@ ResolvedTransition Flow::ResolveAtEvent() {
       outcome == Outcome::kPainleveInconsistent || outcome == Outcome::kIndeterminateForces;
   if (none && resolved.transition.activated.Empty()) {
     if (auto other = ResolveUnresolvedSlip(&dynamics_, t_, x_, mode_, Rules())) return *other;
+  }
+  if (none) {
+    auto settled = ResolveBySettling(&dynamics_, t_, x_, mode_, Rules(), outcome,
+                                     "no motion of what touches fits");
+    if (settled) return *settled;
   }
   const int i = guards_.ConstraintOf(trigger_);
   const bool pole = guards_.IsNormal(trigger_) && (mode_ - mode_.Sticking()).Contains(i) &&

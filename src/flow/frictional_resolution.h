@@ -56,6 +56,9 @@ class FrictionalResolution {
   /// False where they stay.
   bool ChooseAgain(int i);
   void TellOfSingularSlip(int i, Outcome outcome, const std::string& what);
+  /// All that touches and is slow comes to rest together, which is told with `why`. False where no
+  /// letters fit behind that.
+  bool SettleTogether(Outcome outcome, const std::string& why);
   ResolvedTransition Take() { return std::move(result_); }
 
  private:
@@ -108,6 +111,8 @@ class FrictionalResolution {
   void NoteSeveralMotions(const std::string& motions);
   void NoteSmallest(ConstraintSet contacts);
   bool EndSlip(int jammed, ContactMode word);
+  bool RestSlow(double limit, bool stuck);
+  void TellOfSettling(Outcome outcome, const std::string& why, double limit);
   void SetLetters(const TouchingContacts& contacts);
   void SetLettersAsRested(const TouchingContacts& contacts);
   ConstraintSet TooSlow(ContactMode slips, const Vector& begin) const;

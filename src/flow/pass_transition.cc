@@ -16,7 +16,6 @@
 namespace contact_flow {
 namespace {
 
-constexpr int kStallsForEach = 4;  // constraint, before the run ends
 /// Rounding of a rate Da_i v, relative to its terms.
 constexpr double kNoSpeed = 1e-12;
 
@@ -82,7 +81,11 @@ bool Flow::GoesOn() {
       last_transition_ && t_ - *last_transition_ <= kLongestStall * std::max(1.0, std::abs(t_));
   idle_ = soon && !changed ? idle_ + 1 : 0;
   last_trigger_ = trigger_;
-  if (std::max(stalls_, idle_) <= kStallsForEach * (system_.num_constraints() + 4)) return true;
+  if (std::max(stalls_, idle_) <= LongestCrowd(system_.num_constraints())) return true;
+  if (system_.HasFriction() && !CrowdsAgain()) {  // they are ended first
+    crowd_ = LongestCrowd(system_.num_constraints());
+    return true;
+  }
   const std::string& name = system_.description().constraints[guards_.ConstraintOf(trigger_)];
   Stop(system_.HasFriction() ? Outcome::kChatter : Outcome::kBudgetExceeded,
        "events of constraint '" + name + "' follow each other without time between them");
@@ -106,6 +109,7 @@ bool Flow::PassTransition() {
     NoteSlipRegularity();
   }
   ResolvedTransition resolved = ResolveAtEvent();
+  SettleCrowd(&resolved);
   margins_.approach_speed = std::min(margins_.approach_speed, resolved.approach_speed);
   margins_.release_rate = std::min(margins_.release_rate, resolved.release_rate);
   if (!resolved.status.ok()) {

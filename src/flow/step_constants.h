@@ -56,6 +56,9 @@ inline constexpr double kImpliedReach = 10;  // [absolute tolerances] an implied
 inline constexpr double kLeap = 1e3;
 /// Events so close do not go on: relative to the time, or to what counts as simultaneous.
 inline constexpr double kNoTime = 1e-14, kNoTimeApart = 1e-2, kLongestStall = 1e-9;  // [s] the last
+/// Events in a row for each constraint, without time or motion between them, that end a run.
+inline constexpr int kStallsForEach = 4;
+inline int LongestCrowd(int num_constraints) { return kStallsForEach * (num_constraints + 4); }
 /// An event that has come again at one time so often is decided the other way.
 inline constexpr int kStallsToInsist = 2;
 

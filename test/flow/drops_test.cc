@@ -87,6 +87,42 @@ TEST(DropsWithFriction, RunToTheirEnd) {
   }
 }
 
+/// Left toes throw right ones up, ever again, and at last no letters fit: what is slow comes to
+/// rest, which is told, and has no derivative.
+TEST(DropsWithFriction, WhatIsSlowSettlesWhereNoMotionFits) {
+  RobotTexts texts = ReadRobotTexts(DropFile("humanoid"));
+  AddFriction(0.8, &texts.yaml);
+  const auto system = MakeRobot(texts);
+  SimulateOptions options;
+  options.method = IntegrationMethod::kAutomatic;
+  const Trajectory run =
+      Simulate(*system, RandomDrop(*system, 2151), system->nominal().u, 0.53, options);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  const auto at = std::find_if(
+      run.transitions.begin(), run.transitions.end(), [](const Transition& transition) {
+        return transition.obstacle.message.find("taken to rest, which") != std::string::npos &&
+               transition.obstacle.message.find("speeds of contacts") != std::string::npos;
+      });
+  ASSERT_NE(run.transitions.end(), at);
+  const int d = system->dof(), nq = system->num_positions();
+  ConstraintTerms terms;
+  system->Constraints(at->x_plus.head(nq), at->x_plus.tail(d), &terms);
+  const Vector change = terms.jacobian * (at->x_plus - at->x_minus).tail(d);
+  const Vector rate = terms.jacobian * at->x_plus.tail(d);
+  for (int i : at->mode_after) {
+    EXPECT_NEAR(0, rate(i), 1e-12);
+    EXPECT_LE(std::abs(change(i)), 1e-4);
+    const Friction& friction = system->friction()[i];
+    if (at->mode_after.LetterOf(i) != Letter::kStick) continue;
+    EXPECT_LE(rate.segment(friction.row, 2).norm(), 1e-12);
+    EXPECT_LE(change.segment(friction.row, 2).norm(), 1e-4);
+  }
+  EXPECT_TRUE(std::any_of(run.warnings.begin(), run.warnings.end(), [&](const Warning& warning) {
+    return warning.message == at->obstacle.message;
+  }));
+  EXPECT_FALSE(DifferentiateOutcome(*system, run).status.ok());
+}
+
 /// As a slip jams, the force of another foot passes its cone within the last digit of time, in one
 /// of five runs whose tolerances hardly differ: it is told, and has no derivative.
 TEST(DropsWithFriction, ForcesThatPassTheirBoundsTooQuicklyAreTold) {

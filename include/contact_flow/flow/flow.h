@@ -151,6 +151,9 @@ class Flow {
   ConstraintSet SlidingInSpace() const;
   void TallyStep();
   void NoteHeldDown();
+  bool CrowdsAgain() const;
+  void CountCrowd(const Transition& next);
+  void SettleCrowd(ResolvedTransition* resolved);
   void TallyTransition();
   void NoteUnresolvedReturn(int i, double gap, double rate);
   ConstraintSet LowAtBegin() const;
@@ -236,9 +239,12 @@ class Flow {
   ConstraintSet shared_, springs_;  // warned of
   ConstraintSet held_down_;         // by transitions: they would be up until then
   double held_until_ = 0;           // [s]
-  ImpliedGaps implied_;  // touching constraints that mode_ implies: no guards on this arc
-  int stalls_ = 0;       // transitions in a row without time between them
-  int idle_ = 0;         // the same, of those that change nothing
+  ImpliedGaps implied_;     // touching constraints that mode_ implies: no guards on this arc
+  int stalls_ = 0;          // transitions in a row without time between them
+  int idle_ = 0;            // the same, of those that change nothing
+  int crowd_ = 0;           // the same, while what they change hardly moves:
+  double crowd_moved_ = 0;  // [m]
+  double settled_ = -std::numeric_limits<double>::infinity();  // when such were ended [s]
   int last_trigger_ = -1;
   long attempts_ = 0, steps_ = 0, transitions_ = 0;
   long implicit_steps_ = 0;
