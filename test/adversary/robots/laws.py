@@ -13,6 +13,7 @@ from trial import Trial
 SAMPLES = 40  # of each arc, at irregular places, thick at its ends
 GAP, RATE = 1e-8, 1e-6  # [m], [m/s], beside the size of state and speed
 REST = 2e-8  # [m/s] what an event may make rest
+KINETIC = 1e-15  # rounding of a kinetic energy
 FORCE = 1e-6  # beside the largest one
 SHORT = 1e-6  # [s] beside Painlevé's obstacles, and as a slip in space turns before it ends, forces leave their bounds
 MOTION = 1e-4  # of M dv/dt, a difference quotient, beside the largest term
@@ -93,7 +94,7 @@ def weigh_motion(trial: Trial, contacts: Contacts, arc: Any, t: float) -> None:
     trial.verdict.weigh("motion", float(np.abs(left).max()) <= MOTION * size, f"at {t:.6f} {np.abs(left).max():.2e} of {size:.2e}")
 
 
-def weigh_jump(trial: Trial, contacts: Contacts, event: Any) -> None:
+def weigh_jump(trial: Trial, contacts: Contacts, event: Any, last: bool) -> None:
     """M (v⁺ − v⁻) beside impulses, which push, in their cones, and leave no approach; energy where nothing is driven."""
     robot, verdict, n = trial.robot, trial.verdict, trial.robot.num_positions
     minus, plus = np.array(event.x_minus), np.array(event.x_plus)
@@ -107,14 +108,16 @@ def weigh_jump(trial: Trial, contacts: Contacts, event: Any) -> None:
     size, speed = 1 + float(np.abs(pushed).max()), 1 + float(np.abs(before).max())
     name = f"event at {event.t:.6f}"
     heaviest = float(np.diag(mass).max())
-    rest = float(np.sqrt(2 * abs(event.energy_lost) * heaviest)) + REST * heaviest  # of what was made rest, by no impulse
+    lost = abs(event.energy_lost) + KINETIC * float(minus[n:] @ mass @ minus[n:])  # a difference of kinetic energies
+    rest = float(np.sqrt(2 * lost * heaviest)) + REST * heaviest  # of what was made rest, by no impulse
     left = float(np.abs(mass @ jump - pushed).max())
     verdict.weigh("jump", left <= 1e-7 * size + rest, f"{name} {left:.2e} of {size:.2e}, rest {rest:.2e}")
     for i, letter in enumerate(event.word_after):
         if event.word_before[i] == letter == "o" and contacts.names[i] not in event.activated:
             continue
         what = f"{name}, '{contacts.names[i]}' {event.word_before[i]}{letter}"
-        verdict.weigh("approach after", after[i] >= -RATE * speed, f"{what} {after[i]:.2e}")
+        if last:  # of this instant
+            verdict.weigh("approach after", after[i] >= -RATE * speed, f"{what} {after[i]:.2e}")
         if not event.obstacle.ok:  # shares of impulses that are not unique
             continue
         verdict.weigh("impulse", impulse[i] >= -1e-9 * size, f"{what} {impulse[i]:.2e}")
@@ -146,7 +149,10 @@ def judge(trial: Trial) -> None:
             trial.verdict.counts["laws: arcs of forces that are not unique"] += 1
             continue
         for t in instants(trial, arc):
+            if arc.t_end - t < SHORT:
+                continue
             weigh_letters(trial, contacts, np.array(trial.run.x(t)), np.array(trial.run.force(t)), arc.word, t)
         weigh_motion(trial, contacts, arc, 0.5 * (arc.t_begin + arc.t_end))
-    for event in trial.run.events:
-        weigh_jump(trial, contacts, event)
+    events = list(trial.run.events)
+    for k, event in enumerate(events):
+        weigh_jump(trial, contacts, event, k + 1 == len(events) or events[k + 1].t > event.t)
