@@ -42,6 +42,21 @@ std::string Above(const std::string& folder) {
   return slash == std::string::npos ? "" : folder.substr(0, slash + 1);
 }
 
+/// Whether the package.xml of this folder, if it has one, gives it this name: a clone may lie in a
+/// folder of another one.
+bool NamesPackage(const std::string& folder, const std::string& package) {
+  constexpr std::size_t kLongest = 1 << 16;
+  const std::string file = folder + "package.xml";
+  if (!IsFile(file)) return false;
+  const std::string text = ReadTextFile(file, kLongest);
+  const std::string begin = "<name>", space = " \t\r\n";
+  const std::size_t at = text.find(begin), end = text.find("</name>");
+  if (at == std::string::npos || end == std::string::npos || end < at) return false;
+  const std::string name = text.substr(at + begin.size(), end - at - begin.size());
+  const std::size_t first = name.find_first_not_of(space), last = name.find_last_not_of(space);
+  return first != std::string::npos && name.substr(first, last - first + 1) == package;
+}
+
 /// Header of 80 bytes, number of triangles, 50 bytes each: normal, three corners, attribute.
 bool ReadBinaryStl(const std::string& bytes, Vertices* vertices) {
   std::uint32_t count = 0;
@@ -125,7 +140,8 @@ std::string FindMesh(const std::string& name, const std::string& folder) {
     if (IsFile(root + file)) return root + file;
     const std::size_t end = root.size() - 1;
     const std::size_t begin = root.rfind('/', end - 1) + 1;
-    if (root.substr(begin, end - begin) == package && IsFile(root + rest)) return root + rest;
+    const bool named = root.substr(begin, end - begin) == package || NamesPackage(root, package);
+    if (named && IsFile(root + rest)) return root + rest;
   }
   return "";
 }

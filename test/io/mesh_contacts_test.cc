@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Contacts from meshes: the vertices that are kept, against all of them; files that are missing.
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fstream>
 #include <random>
@@ -108,6 +110,26 @@ TEST_F(ContactsOfMeshes, AreFoundInThePackagesAroundTheUrdf) {
   EXPECT_EQ(folder_ + "egg.stl", FindMesh("contacts_test_egg.stl", folder));
   EXPECT_EQ("", FindMesh("package://" + package + "no.stl", folder));
   EXPECT_EQ(900u, ReadMeshVertices(folder_ + "egg.stl").size());
+}
+
+/// As rospack does: a package is called what its package.xml says, whatever its folder is.
+TEST_F(ContactsOfMeshes, AreFoundInAPackageWhoseFolderHasAnotherName) {
+  const std::string clone = folder_ + "clone/", urdf = clone + "urdf/";
+  for (const std::string& made : {clone, urdf}) ::mkdir(made.c_str(), 0700);
+  std::ofstream(clone + "egg.stl") << "solid egg\nendsolid egg\n";
+  std::ofstream(clone + "package.xml") << "<package>\n  <name> arms </name>\n</package>\n";
+  EXPECT_EQ(clone + "egg.stl", FindMesh("package://arms/egg.stl", urdf));
+  EXPECT_EQ("", FindMesh("package://legs/egg.stl", urdf));
+  EXPECT_EQ("", FindMesh("package://arms/egg.stl", ""));
+  const char* path = std::getenv("ROS_PACKAGE_PATH");
+  const std::string before = path != nullptr ? path : "";
+  ::setenv("ROS_PACKAGE_PATH", ("/nowhere:" + clone).c_str(), 1);
+  EXPECT_EQ(clone + "egg.stl", FindMesh("package://arms/egg.stl", ""));
+  if (path != nullptr) {
+    ::setenv("ROS_PACKAGE_PATH", before.c_str(), 1);
+  } else {
+    ::unsetenv("ROS_PACKAGE_PATH");
+  }
 }
 
 /// 80 bytes that say anything, "solid", too; a count; and a normal, three corners and two bytes of

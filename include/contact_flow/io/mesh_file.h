@@ -10,7 +10,8 @@ namespace contact_flow {
 
 /// The path of a mesh that a URDF names: package://P/F is sought below each folder of
 /// ROS_PACKAGE_PATH and in the folders around the URDF's (`folder`, ending with a slash; may be
-/// empty), a relative path beside the URDF. "" where there is no such file.
+/// empty), and in such a folder that is called P, or is by its package.xml; a relative path beside
+/// the URDF. "" where there is no such file.
 std::string FindMesh(const std::string& name, const std::string& folder);
 
 /// The vertices of a mesh [m]: STL (binary or text) and OBJ; others, as COLLADA, where the package
