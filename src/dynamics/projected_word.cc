@@ -27,6 +27,7 @@ Vector OntoCone(const Vector& force, double coefficient) {
   return nearest;
 }
 
+/// The forces that rounds of projections have come to, from none on.
 class Projection {
  public:
   explicit Projection(const FrictionProblem& problem)

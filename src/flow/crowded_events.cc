@@ -10,6 +10,13 @@
 #include "step_constants.h"
 
 namespace contact_flow {
+namespace {
+
+/// So many times in a row, each within this time of the one before, relative to max(1, t).
+constexpr int kMostSettles = 16;
+constexpr double kSettledFor = 1e-6;
+
+}  // namespace
 
 /// What the contacts that this transition changes have moved by since the one before.
 void Flow::CountCrowd(const Transition& next) {
@@ -35,22 +42,26 @@ void Flow::CountCrowd(const Transition& next) {
   ++crowd_;
 }
 
-/// Whether some that were ended so have come again without time between them.
+/// Whether events that were ended so have come again without time between them, or many times with
+/// hardly any: they are not ended once more.
 bool Flow::CrowdsAgain() const {
-  return t_ - settled_ <= kLongestStall * std::max(1.0, std::abs(t_));
+  const double since = (t_ - settled_) / std::max(1.0, std::abs(t_));
+  return since <= kLongestStall || (settles_ >= kMostSettles && since <= kSettledFor);
 }
 
-/// Where there are too many, all that touches is brought to rest together at the first of them that
-/// lets it be.
+/// Where there are half as many as end a run, or GoesOn would end it, all that touches is brought
+/// to rest together at the first of them that lets it be.
 void Flow::SettleCrowd(ResolvedTransition* resolved) {
   if (!system_.HasFriction()) return;
   CountCrowd(resolved->transition);
-  const int longest = LongestCrowd(system_.num_constraints()) / 2;
-  if (crowd_ <= longest || CrowdsAgain()) return;
+  const int most = LongestCrowd(system_.num_constraints());
+  const bool ends = std::max(stalls_, idle_) > most;
+  if (!(ends || crowd_ > most / 2) || CrowdsAgain()) return;
   auto settled = ResolveBySettling(&dynamics_, t_, x_, mode_, Rules(), Outcome::kChatter,
                                    "events follow each other while nothing moves");
   if (settled) *resolved = std::move(*settled);
-  if (!settled && crowd_ < 2 * longest) return;
+  if (!settled && !ends && crowd_ < most) return;
+  settles_ = t_ - settled_ <= kSettledFor * std::max(1.0, std::abs(t_)) ? settles_ + 1 : 1;
   crowd_ = stalls_ = idle_ = 0;
   settled_ = t_;
 }

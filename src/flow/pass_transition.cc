@@ -82,10 +82,7 @@ bool Flow::GoesOn() {
   idle_ = soon && !changed ? idle_ + 1 : 0;
   last_trigger_ = trigger_;
   if (std::max(stalls_, idle_) <= LongestCrowd(system_.num_constraints())) return true;
-  if (system_.HasFriction() && !CrowdsAgain()) {  // they are ended first
-    crowd_ = LongestCrowd(system_.num_constraints());
-    return true;
-  }
+  if (system_.HasFriction() && !CrowdsAgain()) return true;  // SettleCrowd ends them first
   const std::string& name = system_.description().constraints[guards_.ConstraintOf(trigger_)];
   Stop(system_.HasFriction() ? Outcome::kChatter : Outcome::kBudgetExceeded,
        "events of constraint '" + name + "' follow each other without time between them");

@@ -19,10 +19,10 @@ constexpr double kTakenForRest = 100;
 
 /// First where what is made rest sticks, and all forces fit; else by the letters of its forces.
 bool FrictionalResolution::SettleTogether(Outcome outcome, const std::string& why) {
-  const Transition begun = result_.transition;
+  const ResolvedTransition begun = result_;
   for (const bool stuck : {true, false}) {
     for (double limit = Unresolved(); limit <= kTakenForRest * Unresolved(); limit *= 10) {
-      result_.transition = begun;
+      result_ = begun;
       try {
         if (!RestSlow(limit, stuck)) continue;
       } catch (const FrictionRefusal&) {
@@ -32,7 +32,7 @@ bool FrictionalResolution::SettleTogether(Outcome outcome, const std::string& wh
       return true;
     }
   }
-  result_.transition = begun;
+  result_ = begun;
   return false;
 }
 

@@ -2,6 +2,7 @@
 #include "contact_flow/io/mesh_file.h"
 
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <cstdint>
@@ -47,7 +48,7 @@ std::string Above(const std::string& folder) {
 bool NamesPackage(const std::string& folder, const std::string& package) {
   constexpr std::size_t kLongest = 1 << 16;
   const std::string file = folder + "package.xml";
-  if (!IsFile(file)) return false;
+  if (!IsFile(file) || ::access(file.c_str(), R_OK) != 0) return false;
   const std::string text = ReadTextFile(file, kLongest);
   const std::string begin = "<name>", space = " \t\r\n";
   const std::size_t at = text.find(begin), end = text.find("</name>");

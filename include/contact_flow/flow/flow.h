@@ -242,9 +242,10 @@ class Flow {
   ImpliedGaps implied_;     // touching constraints that mode_ implies: no guards on this arc
   int stalls_ = 0;          // transitions in a row without time between them
   int idle_ = 0;            // the same, of those that change nothing
-  int crowd_ = 0;           // the same, while what they change hardly moves:
-  double crowd_moved_ = 0;  // [m]
-  double settled_ = -std::numeric_limits<double>::infinity();  // when such were ended [s]
+  int crowd_ = 0;           // the same, while what they change hardly moves
+  int settles_ = 0;         // how often such were ended in a row
+  double crowd_moved_ = 0;  // by a crowd [m]
+  double settled_ = -std::numeric_limits<double>::infinity();  // the last time [s]
   int last_trigger_ = -1;
   long attempts_ = 0, steps_ = 0, transitions_ = 0;
   long implicit_steps_ = 0;
