@@ -172,7 +172,8 @@ class StateErrors {
   }
 
  private:
-  /// The speed that slips in space are given to begin with, and what bounces that are made rest may
+  /// What events change of velocities that count as simultaneous, over the time between them; the
+  /// speed that slips in space are given to begin with; and what bounces that are made rest may
   /// have changed: by turning slips, and while they would have lasted.
   void AddUnresolved(const Transition& transition, std::size_t k) {
     const MechanicalSystem& system = dynamics_[k]->system();
@@ -184,7 +185,10 @@ class StateErrors {
       given += transition.turned * Vector(inertia * push).cwiseAbs();
     }
     const Vector& rest = transition.rest_error;
+    const Vector early =
+        transition.spread * (transition.x_plus.tail(d) - transition.x_minus.tail(d));
     for (int j = 0; j < kProbes; ++j) {
+      probes_[j].head(d) += Sign(j, 4 * k + 3, -1) * early;
       const double sign = Sign(j, 4 * k + 2, -1);
       if (rest.size() > 0) probes_[j].head(2 * d) += sign * rest;
       probes_[j].segment(d, d) += sign * given;

@@ -50,7 +50,8 @@ GuardZero GuardZeros::At(int guard) const {
   }
   if (!std::isfinite(error)) error = 0;
   const double reach = kAccumulated * terms.dot(reach_);
-  return {at.value, slope, error, kInstantErrors * std::min(known, reach) + reach};
+  const double beyond = forces().Contains(guard) ? reach : kHitAbove / kAccumulated * reach;
+  return {at.value, slope, error, kInstantErrors * std::min(known, reach) + beyond};
 }
 
 }  // namespace contact_flow

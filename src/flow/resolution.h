@@ -29,6 +29,10 @@ inline constexpr double kAboveDrift = 10;
 /// is some of those further from zero does not vanish now, however little is known of instants:
 /// events that only might coincide keep their order, and its doubt is the derivative's.
 inline constexpr double kAccumulated = 1e3;
+/// Beyond its own error, a gap that vanishes with another is this many tolerances above zero at
+/// most: its contact is hit there. Of two touchdowns the instant of a slow one may be known little,
+/// and a fast one be high above its surface all that time.
+inline constexpr double kHitAbove = 1;
 /// A gap that closes by less than this part of the tolerances, and opens, is not known to close.
 inline constexpr double kUnknownDip = 1e-2;
 
@@ -111,10 +115,11 @@ class Resolution {
   }
   /// Whether guard i, which falls with this slope, vanishes together with the trigger.
   bool FallsWith(int i, double value, double slope, double trigger_error) const {
-    const double far =
-        rules_.simultaneity_tolerance > 0
-            ? std::numeric_limits<double>::infinity()
-            : kInstantErrors * std::min(guard_error_(i), guard_reach_(i)) + guard_reach_(i);
+    const double beyond = IsMember(i) ? 1 : kHitAbove / kAccumulated;
+    const double far = rules_.simultaneity_tolerance > 0
+                           ? std::numeric_limits<double>::infinity()
+                           : kInstantErrors * std::min(guard_error_(i), guard_reach_(i)) +
+                                 beyond * guard_reach_(i);
     return value <= std::min(far, Within(i, slope, trigger_error) * -slope);
   }
   /// Estimated error of the instant at which guard i, of this slope, vanishes [s]; a gap that

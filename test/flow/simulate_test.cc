@@ -95,7 +95,8 @@ TEST(Events, ContactsThatLetGoTogetherDoNotGraze) {
     x(offset > 0 ? 4 : 5) += std::abs(offset);
     const Trajectory run = Simulate(*trot, x, Vector(0), 0.8, AtTolerance(1e-12));
     EXPECT_TRUE(run.status.ok()) << offset << ": " << run.status.message;
-    EXPECT_EQ(2u, run.transitions.size());
+    const bool at_once = std::abs(offset) < 1e-11;  // ten tolerances
+    EXPECT_EQ(at_once ? 2u : 3u, run.transitions.size());
   }
 }
 

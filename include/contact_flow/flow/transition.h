@@ -47,7 +47,7 @@ struct ResolvedTransition {
 /// Resolves the events at (ρ, v⁻) = x in mode J⁻, `trigger` being the one that was located: every
 /// other guard that vanishes within the simultaneity tolerance on the present motion belongs to the
 /// cluster; without one, every other that vanishes within kInstantErrors times the errors
-/// of both instants.
+/// of both instants, of gaps those that are no higher than their own errors and a tolerance.
 ///   I_a = {i ∉ J⁻ : a_i = 0, Da_i v⁻ < 0} and J⁻ share an impact (1b), together with every other
 /// rigid constraint that touches, a_i = Da_i v⁻ = 0, with or without force: all at once, the
 /// simultaneous law of Newton and Moreau. For balls in a row, the first of which hits elastically,
