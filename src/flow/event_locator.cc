@@ -59,7 +59,11 @@ EventLocator::EventLocator(ContactDynamics* dynamics, const SimulateOptions& opt
       forces_(guards_.size(), StagePlaces::kMost),
       x_(dynamics->system().state_size()),
       floors_(Vector::Constant(guards_.size(), floor_)),
-      gain_(Vector::Zero(dynamics->system().num_rows())) {}
+      gain_(Vector::Zero(dynamics->system().num_rows())),
+      looks_(Vector::Zero(dynamics->system().num_constraints())) {
+  const auto* surfaces = dynamic_cast<const NarrowSurfaces*>(&dynamics->system());
+  if (surfaces != nullptr && surfaces->HasNarrowSurfaces()) narrow_ = surfaces;
+}
 
 /// The guards of a set, gaps or forces, on the continuous extension, and their rates by θ.
 void EventLocator::Sample(double theta, const ConstraintSet& set, double* value, double* rate) {
@@ -125,7 +129,7 @@ ConstraintSet EventLocator::OpenGaps(bool free) const {
   for (int i : guards_.OfGaps(mode_) - ignored_) {
     const GuardJet first = guards_.OfMotion(i, mode_, *begin_);
     const GuardJet last = guards_.OfMotion(i, mode_, *end_);
-    if (!affine_ && (free || !IsFar(h, first, last))) {
+    if (!affine_ && (free || looks_(i) > 1 || !IsFar(h, first, last))) {
       open.Insert(i);
       continue;
     }
@@ -142,6 +146,9 @@ void EventLocator::SearchGaps(const ConstraintSet& gaps, bool free, LocatedEvent
   int pieces = affine_ ? kAffinePieces : free ? kFreePieces : kPieces;
   if (margins_.piece < h) {
     pieces = std::max(pieces, static_cast<int>(std::min(std::ceil(h / (2 * margins_.piece)), 1e6)));
+  }
+  if (narrow_ != nullptr) {
+    for (int i : gaps) pieces = std::max(pieces, static_cast<int>(std::ceil(looks_(i))));
   }
   AskBudget();
   if (!stepper_->extended()) stepper_->Extend();
@@ -234,6 +241,7 @@ LocatedEvent EventLocator::Locate(Stepper* stepper, const ContactMode& mode, con
   slips_ = guards_.OfSlips(mode);
   LocatedEvent event;
   if (const int turning = TurnsAtBegin(); turning >= 0) return {true, 0, turning, true};
+  if (narrow_ != nullptr && !ScreenPassages(&event)) return event;
   LocatedEvent pull;
   ConstraintSet forces;
   if (!rigid_.Empty()) {

@@ -46,6 +46,8 @@ void EventLocator::StoreForce(int column, const Vector& force, const ContactMode
 }
 
 void EventLocator::EndStep() {
+  std::swap(passages_begin_, passages_end_);
+  knows_begin_ = knows_end_;
   if (calls_ == 0) return;
   forces_.col(0) = forces_.col(std::min(calls_ - 1, places_->end));
   calls_ = 1;

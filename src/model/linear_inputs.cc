@@ -32,6 +32,7 @@ LinearInputs::LinearInputs(std::shared_ptr<const MechanicalSystem> base)
     : base_(std::move(base)),
       limits_(dynamic_cast<const EffortLimits*>(base_.get())),
       knots_(dynamic_cast<const SplineKnots*>(base_.get())),
+      narrow_(dynamic_cast<const NarrowSurfaces*>(base_.get())),
       nq_(base_->num_positions()),
       d_(base_->dof()),
       m_(base_->num_inputs()) {
@@ -198,6 +199,16 @@ const std::vector<std::vector<double>>& LinearInputs::knots_of_places() const {
 void LinearInputs::Places(const VectorRef& q, const ContactMode& mode, Vector* place) const {
   place->resize(0);
   if (knots_ != nullptr) knots_->Places(q.head(nq_), mode, place);
+}
+
+bool LinearInputs::HasNarrowSurfaces() const {
+  return narrow_ != nullptr && narrow_->HasNarrowSurfaces();
+}
+
+void LinearInputs::Passages(const VectorRef& q, const VectorRef& v,
+                            std::vector<SurfacePassage>* passages) const {
+  passages->clear();
+  if (narrow_ != nullptr) narrow_->Passages(q.head(nq_), v.head(d_), passages);
 }
 
 }  // namespace contact_flow

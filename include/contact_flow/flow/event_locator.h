@@ -2,6 +2,7 @@
 #pragma once
 
 #include <limits>
+#include <vector>
 
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
@@ -9,6 +10,7 @@
 #include "contact_flow/flow/guard_search.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/flow/stepper.h"
+#include "contact_flow/model/narrow_surfaces.h"
 #include "contact_flow/types.h"
 
 namespace contact_flow {
@@ -57,6 +59,12 @@ struct GuardMargins {
 /// step, however quickly, are found far beyond, down to the floor; and a dip counts as soon as a
 /// probe sees the slope around it.
 ///
+/// A surface may be narrow beside the step, however evenly the motion goes on: the system tells how
+/// many of its widths the contact passes in a second (NarrowSurfaces). Its gap is searched with
+/// kLooks pieces a width, unless it is clear of the surface, and a step that would need more than
+/// GuardSearch::kMaxPieces is shortened. So a gap is found that stays closed for a quarter of a
+/// width, if the contact is nowhere half as fast again as at both ends of the step.
+///
 /// A zero counts only if the guard falls below −floor after it, or below where the last event left
 /// a gap that was lower, or if a gap that has not left its floor since it was closed comes back
 /// faster than what rests: in the step, or behind it, as a gap that is below zero tells by its rate
@@ -68,6 +76,7 @@ struct GuardMargins {
 class EventLocator {
  public:
   static constexpr double kGapExtent = 1.0 / 6, kGapExtentFree = 1.0 / 12;
+  static constexpr int kLooks = 4;  ///< pieces, in a width of a narrow surface
   static constexpr double kForceExtent = 4.0 / 15, kForceExtentFree = 1.0 / 7;
 
   EventLocator(ContactDynamics* dynamics, const SimulateOptions& options);
@@ -83,9 +92,15 @@ class EventLocator {
   /// Constraints without a guard until this is called again.
   void Ignore(const ConstraintSet& constraints) { ignored_ = constraints; }
   /// Starts an arc: no force is known.
-  void BeginArc() { calls_ = 0; }
+  void BeginArc() {
+    calls_ = 0;
+    knows_begin_ = false;
+  }
   /// Starts a step, or repeats it: only the force at its beginning is known.
-  void BeginStep() { calls_ = calls_ > 0 ? 1 : 0; }
+  void BeginStep() {
+    calls_ = calls_ > 0 ? 1 : 0;
+    knows_end_ = false;
+  }
   /// The gaps within their floor where an arc begins.
   ConstraintSet Low(const GapSample& begin) const;
   /// Accepts a step: the force at its end becomes the one at the beginning of the next.
@@ -112,6 +127,7 @@ class EventLocator {
   ConstraintSet FallingOn(const ConstraintSet& gaps) const;
   int TurnsAtBegin() const;
   ConstraintSet OpenGaps(bool free) const;
+  bool ScreenPassages(LocatedEvent* event);
   void FindForceFloors();
   bool ScreenForces(bool probed, ConstraintSet* open, LocatedEvent* pull, LocatedEvent* event);
   void StoreForce(int column, const Vector& force, const ContactMode& mode);
@@ -147,6 +163,10 @@ class EventLocator {
   Vector floors_;  // [guards]
   Vector gain_;    // G_ii of the rows that are held [n+l+r]
   GuardMargins margins_;
+  const NarrowSurfaces* narrow_ = nullptr;                     // null where no surface is
+  std::vector<SurfacePassage> passages_begin_, passages_end_;  // [n]
+  bool knows_begin_ = false, knows_end_ = false;               // those
+  Vector looks_;  // pieces of the step that a gap asks for [n]
 };
 
 }  // namespace contact_flow

@@ -62,6 +62,7 @@ class GuardSearch {
  public:
   /// Largest distance of sampled points, of a piece.
   static constexpr double kLargestHole = 0.65;
+  static constexpr int kMaxPieces = 64;  ///< to begin with
 
   /// Writes value [n] and d/dθ [n] of the guards in `set` at θ.
   using Sampler = std::function<void(double theta, ConstraintSet set, double* value, double* rate)>;
@@ -94,7 +95,6 @@ class GuardSearch {
   bool VanishesLater(int i, double left, double right);
   void Report(int i, double theta, bool touch);
 
-  static constexpr int kMaxPieces = 64;    // to begin with
   static constexpr int kMaxHalvings = 32;  // a kink is then resolved to rounding
   static constexpr int kSlots = kMaxPieces + kMaxHalvings + 2;
 

@@ -7,6 +7,7 @@
 
 #include "contact_flow/model/effort_limits.h"
 #include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/model/narrow_surfaces.h"
 #include "contact_flow/model/spline_knots.h"
 
 namespace contact_flow {
@@ -17,7 +18,10 @@ namespace contact_flow {
 /// where τ is a coordinate more, a clock with rate 1, which nothing pushes: x = (q, τ, v, 1).
 /// Where u is continuous at a change of (a, b, s) the field is, too, and only its rate jumps. All
 /// that holds of runs under held inputs, their events and derivatives, holds of these.
-class LinearInputs : public MechanicalSystem, public EffortLimits, public SplineKnots {
+class LinearInputs : public MechanicalSystem,
+                     public EffortLimits,
+                     public SplineKnots,
+                     public NarrowSurfaces {
  public:
   explicit LinearInputs(std::shared_ptr<const MechanicalSystem> base);
 
@@ -65,6 +69,9 @@ class LinearInputs : public MechanicalSystem, public EffortLimits, public Spline
   double TimeToKnot(const VectorRef& q, const VectorRef& v) const override;
   const std::vector<std::vector<double>>& knots_of_places() const override;
   void Places(const VectorRef& q, const ContactMode& mode, Vector* place) const override;
+  bool HasNarrowSurfaces() const override;
+  void Passages(const VectorRef& q, const VectorRef& v,
+                std::vector<SurfacePassage>* passages) const override;
 
  private:
   /// What the clock adds to derivatives of the base's dynamics.
@@ -73,7 +80,8 @@ class LinearInputs : public MechanicalSystem, public EffortLimits, public Spline
   std::shared_ptr<const MechanicalSystem> base_;
   const EffortLimits* limits_;  // of the base, or null
   const SplineKnots* knots_;    // alike
-  int nq_, d_, m_;              // of the base
+  const NarrowSurfaces* narrow_;
+  int nq_, d_, m_;  // of the base
 };
 
 }  // namespace contact_flow

@@ -271,4 +271,9 @@ void MovingConstraint::Across(const double* z, double* coordinates) const {
   still_->Across(at.y, coordinates);
 }
 
+SurfacePassage MovingConstraint::Passage(const double* z, const double* rate) const {
+  const Relative at(*this, z, rate, nullptr);
+  return still_->Passage(at.y, at.y_rate);
+}
+
 }  // namespace contact_flow

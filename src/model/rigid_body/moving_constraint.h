@@ -49,6 +49,8 @@ class MovingConstraint final : public ConstraintElement {
   void Place(const double* z, Vec3<double>* arm, Vec3<double>* push) const override;
   std::vector<std::vector<double>> Knots() const override { return still_->Knots(); }
   void Across(const double* z, double* coordinates) const override;
+  bool IsNarrow() const override { return still_->IsNarrow(); }
+  SurfacePassage Passage(const double* z, const double* rate) const override;
   double NextKnot(double t) const override { return motion_.NextKnot(t); }
 
  private:

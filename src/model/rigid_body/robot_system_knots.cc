@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// Where what a robot follows and stands on has knots (SplineKnots).
+// Where what a robot follows and stands on has knots (SplineKnots), and where that is narrow
+// (NarrowSurfaces).
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,6 +18,7 @@ constexpr double kAtKnot = 1e-12;
 
 void RobotSystem::DescribeKnots() {
   for (int i = 0; i < num_constraints(); ++i) {
+    if (constraint(i).IsNarrow()) narrow_.push_back(i);
     const std::vector<std::vector<double>> knots = constraint(i).Knots();
     if (knots.empty()) continue;
     placed_.push_back({i, static_cast<int>(knots_.size()), static_cast<int>(knots.size())});
@@ -51,6 +53,20 @@ void RobotSystem::Places(const VectorRef& q, const ContactMode& mode, Vector* pl
     constraint_geometry_[static_cast<std::size_t>(contact.constraint)].Place(s->state, q.data(),
                                                                              &s->motion);
     constraint(contact.constraint).Across(s->motion.z, place->data() + contact.first);
+  }
+}
+
+void RobotSystem::Passages(const VectorRef& q, const VectorRef& v,
+                           std::vector<SurfacePassage>* passages) const {
+  const Loan loan(this);
+  Scratch* s = loan.get();
+  passages->assign(static_cast<std::size_t>(num_constraints()), SurfacePassage());
+  if (!narrow_.empty()) s->MoveTo(robot_.model.tree, q.data(), v.data());
+  for (int i : narrow_) {
+    const auto k = static_cast<std::size_t>(i);
+    constraint_geometry_[k].Place(s->state, q.data(), &s->motion);
+    constraint_geometry_[k].Move(s->state, v.data(), &s->motion);
+    (*passages)[k] = constraint(i).Passage(s->motion.z, s->motion.rate);
   }
 }
 

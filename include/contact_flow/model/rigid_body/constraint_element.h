@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "contact_flow/autodiff.h"
+#include "contact_flow/model/narrow_surfaces.h"
 #include "contact_flow/model/rigid_body/element_parts.h"
 #include "contact_flow/model/rigid_body/slip_kernel.h"
 
@@ -73,6 +74,9 @@ class ConstraintElement {
   /// (SplineKnots); and those coordinates at z.
   virtual std::vector<std::vector<double>> Knots() const { return {}; }
   virtual void Across(const double* /*z*/, double* /*coordinates*/) const {}
+  /// Whether its surface may be narrow (NarrowSurfaces); and how it is passed at z with ż.
+  virtual bool IsNarrow() const { return false; }
+  virtual SurfacePassage Passage(const double* /*z*/, const double* /*rate*/) const { return {}; }
   /// The first time of the robot's clock behind t at which a derivative of its motion jumps.
   virtual double NextKnot(double /*t*/) const { return std::numeric_limits<double>::infinity(); }
 };
@@ -83,6 +87,12 @@ struct HasKnots : std::false_type {};
 template <class Kind>
 struct HasKnots<Kind, std::void_t<decltype(&Kind::Knots)>> : std::true_type {};
 
+/// Whether a kind has Passage(parts, z, rate).
+template <class Kind, class = void>
+struct HasPassage : std::false_type {};
+template <class Kind>
+struct HasPassage<Kind, std::void_t<decltype(&Kind::Passage)>> : std::true_type {};
+
 /// A constraint from a kind written once as a template. `Kind` provides (see constraint/plane.h):
 ///   kName                            what YAML calls it
 ///   kPoints, kJoints, kNumbers       how many of each
@@ -91,6 +101,7 @@ struct HasKnots<Kind, std::void_t<decltype(&Kind::Knots)>> : std::true_type {};
 ///   Gap(number, z)                   for any scalar, smooth where it vanishes
 ///   kTouches                         whether surfaces touch: then what SlipKernel asks for
 ///   Knots, Across                    where ∂³a jumps (ConstraintElement), if it does
+///   Passage                          where its surface may be narrow (ConstraintElement)
 ///   kTable, if it needs parts.heights: Gap and At then have them as an argument before all others
 template <class Kind>
 class ConstraintOf final : public ConstraintElement {
@@ -216,6 +227,11 @@ class ConstraintOf final : public ConstraintElement {
   }
   void Across(const double* z, double* coordinates) const override {
     if constexpr (HasKnots<Kind>::value) Kind::Across(parts, z, coordinates);
+  }
+  bool IsNarrow() const override { return HasPassage<Kind>::value; }
+  SurfacePassage Passage(const double* z, const double* rate) const override {
+    if constexpr (HasPassage<Kind>::value) return Kind::Passage(parts, z, rate);
+    return {};
   }
 
  private:

@@ -7,6 +7,7 @@
 
 #include "contact_flow/model/effort_limits.h"
 #include "contact_flow/model/mechanical_system.h"
+#include "contact_flow/model/narrow_surfaces.h"
 #include "contact_flow/model/rigid_body/element_geometry.h"
 #include "contact_flow/model/rigid_body/inverse_dynamics_jacobian.h"
 #include "contact_flow/model/rigid_body/robot_description.h"
@@ -22,7 +23,10 @@ namespace contact_flow {
 /// S the share of the weight G that actuators bear, u after StateFeedback;
 /// and all derivatives are analytic along the tree, by duals within an element. With friction the
 /// rows of a contact's map T = W Z, which it slips with (SlipKernel), follow those of closures.
-class RobotSystem final : public MechanicalSystem, public EffortLimits, public SplineKnots {
+class RobotSystem final : public MechanicalSystem,
+                          public EffortLimits,
+                          public SplineKnots,
+                          public NarrowSurfaces {
  public:
   /// Values replace those of the description's parameters. Throws std::invalid_argument for unknown
   /// parameters and for values out of range.
@@ -42,6 +46,9 @@ class RobotSystem final : public MechanicalSystem, public EffortLimits, public S
   double TimeToKnot(const VectorRef& q, const VectorRef& v) const override;
   const std::vector<std::vector<double>>& knots_of_places() const override { return knots_; }
   void Places(const VectorRef& q, const ContactMode& mode, Vector* place) const override;
+  bool HasNarrowSurfaces() const override { return !narrow_.empty(); }
+  void Passages(const VectorRef& q, const VectorRef& v,
+                std::vector<SurfacePassage>* passages) const override;
   bool HasConstantMass() const override { return constant_mass_; }
   bool HasAffineConstraints() const override { return affine_constraints_; }
   void Dynamics(const VectorRef& q, const VectorRef& v, const VectorRef& u, const ContactMode& mode,
@@ -155,6 +162,7 @@ class RobotSystem final : public MechanicalSystem, public EffortLimits, public S
     int first, count;  // of its places
   };
   std::vector<PlacedContact> placed_;  // those on surfaces with knots
+  std::vector<int> narrow_;            // those whose surfaces may be narrow
   std::vector<int> slip_rows_;         // of every constraint; empty without friction
   bool constant_mass_ = false;
   bool affine_constraints_ = false;

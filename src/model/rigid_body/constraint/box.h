@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <vector>
 
+#include "contact_flow/model/narrow_surfaces.h"
 #include "contact_flow/model/rigid_body/constraint/touch.h"
 #include "contact_flow/model/rigid_body/element_parts.h"
 
@@ -69,6 +71,27 @@ struct Box {
     const double dx = z[0] - parts.numbers[0].value, dy = z[1] - parts.numbers[1].value;
     own[0] = c * dx + s * dy;
     own[1] = c * dy - s * dx;
+  }
+
+  /// It is as narrow as its top. Beside it the surface goes on far below.
+  static SurfacePassage Passage(const ElementParts& parts, const double* z, const double* rate) {
+    const auto number = [&](std::size_t k) { return parts.numbers[k].value; };
+    const double c = std::cos(number(6)), s = std::sin(number(6)), riser = number(7);
+    const double speed[] = {c * rate[0] + s * rate[1], c * rate[1] - s * rate[0]};
+    double own[2];
+    Across(parts, z, own);
+    SurfacePassage passage;
+    double beside = -std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < 2; ++k) {
+      const double edge = number(3 + k), width = std::max(edge - riser, 0.5 * edge);
+      passage.pace = std::max(passage.pace, std::abs(speed[k]) / width);
+      beside = std::max(beside, std::abs(own[k]) - 0.5 * (edge + riser));
+    }
+    const double height = z[2] - number(2);
+    passage.above = {height - 0.5 * number(5), std::abs(rate[2])};
+    passage.beside = {std::min(beside, height + 1.5 * number(5)),
+                      std::hypot(rate[0], rate[1], rate[2])};
+    return passage;
   }
 
   /// Of its surface at z, and the slopes of that along the world's x and y.

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "contact_flow/model/narrow_surfaces.h"
 #include "contact_flow/model/rigid_body/constraint/touch.h"
 #include "contact_flow/model/rigid_body/element_parts.h"
 
@@ -47,6 +48,19 @@ struct HeightField {
   template <class S>
   static void Tangents(const S*, const Touch<S>& touch, Vec3<S>* first, Vec3<S>* second) {
     LevelTangents(touch.normal, first, second);
+  }
+
+  /// It is as narrow as half a wave.
+  static SurfacePassage Passage(const ElementParts& parts, const double* z, const double* rate) {
+    const auto number = [&](std::size_t k) { return parts.numbers[k].value; };
+    SurfacePassage passage;
+    if (number(3) == 0) return passage;
+    constexpr double kHalfWave = 3.14159265358979323846;
+    passage.pace = std::abs(number(4) * rate[0] + number(5) * rate[1]) / kHalfWave;
+    const double mean = number(0) + number(1) * z[0] + number(2) * z[1];
+    const double rise = number(1) * rate[0] + number(2) * rate[1];
+    passage.above = {z[2] - mean - number(3), std::abs(rate[2] - rise)};
+    return passage;
   }
 };
 

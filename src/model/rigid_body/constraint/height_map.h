@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: BSD-3-Clause
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
+#include "contact_flow/model/narrow_surfaces.h"
 #include "contact_flow/model/rigid_body/constraint/touch.h"
 #include "contact_flow/model/rigid_body/element_parts.h"
 
@@ -41,6 +44,15 @@ struct HeightMap {
   template <class S>
   static void Tangents(const S*, const Touch<S>& touch, Vec3<S>* first, Vec3<S>* second) {
     LevelTangents(touch.normal, first, second);
+  }
+
+  /// It is as narrow as what a single height raises, two cells.
+  static SurfacePassage Passage(const ElementParts& parts, const double*, const double* rate) {
+    const HeightGrid::Frame& frame = parts.heights->frame();
+    SurfacePassage passage;
+    if (parts.numbers[1].value == 0) return passage;
+    passage.pace = 0.5 * std::max(std::abs(rate[0]) / frame.dx, std::abs(rate[1]) / frame.dy);
+    return passage;
   }
 
   /// The lines of the grid, across which the point is told in cells.

@@ -3,6 +3,7 @@
 
 #include <cmath>
 
+#include "contact_flow/model/narrow_surfaces.h"
 #include "contact_flow/model/rigid_body/constraint/touch.h"
 #include "contact_flow/model/rigid_body/element_parts.h"
 
@@ -50,6 +51,17 @@ struct Spheres {
     const Vec3<double> pole(2. / 7, 3. / 7, 6. / 7);
     *first = TurnedAlong<S>({6. / 7, 2. / 7, -3. / 7}, pole, touch.normal);
     *second = TurnedAlong<S>({-3. / 7, 6. / 7, -2. / 7}, pole, touch.normal);
+  }
+
+  /// They are as narrow as half of what is hit through the middle.
+  static SurfacePassage Passage(const ElementParts& parts, const double* z, const double* rate) {
+    const double reach = parts.numbers[0].value + parts.numbers[1].value;
+    const double speed = std::hypot(rate[0] - rate[3], rate[1] - rate[4], rate[2] - rate[5]);
+    const double apart = std::hypot(z[0] - z[3], z[1] - z[4], z[2] - z[5]);
+    SurfacePassage passage;
+    passage.pace = speed / reach;
+    passage.beside = {apart - reach, speed};
+    return passage;
   }
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "contact_flow/model/narrow_surfaces.h"
 #include "contact_flow/model/rigid_body/constraint/touch.h"
 #include "contact_flow/model/rigid_body/element_parts.h"
 
@@ -73,6 +74,18 @@ struct Stairs {
   static void Across(const ElementParts& parts, const double* z, double* along) {
     const double x = parts.numbers[6].value, y = parts.numbers[7].value;
     *along = (x * z[0] + y * z[1]) / std::sqrt(x * x + y * y);
+  }
+
+  /// They are as narrow as a tread.
+  static SurfacePassage Passage(const ElementParts& parts, const double* z, const double* rate) {
+    const auto number = [&](std::size_t k) { return parts.numbers[k].value; };
+    const double x = number(6), y = number(7);
+    const double steps = std::ceil((number(5) - number(4)) / number(2));
+    const double rise = number(1) * std::min(std::max(steps, 0.0), double{kMostSteps});
+    SurfacePassage passage;
+    passage.pace = std::abs(x * rate[0] + y * rate[1]) / (std::hypot(x, y) * number(2));
+    passage.above = {z[2] - number(0) - std::max(rise, 0.0), std::abs(rate[2])};
+    return passage;
   }
 
   /// Of the stairs below z, and its slope along the direction.
