@@ -54,10 +54,13 @@ def direction_of(system: _core.System, w: Any) -> List[float]:
 
 
 def cost_of(system: _core.System, name: str, cost: Mapping[str, Any]) -> Dict[str, Any]:
-    """½ Σ w (x(T) − target)² + ½ Σ r u², from {"target": {…}, "weight": {…}, "effort": {…}} by name."""
+    """½ Σ w (x(T) − target)² + ½ Σ r u², from {"target": {…}, "weight": {…}, "effort": {…}} by name; without
+    "weight" it is 1 for each target."""
     unknown = set(cost) - {"target", "weight", "effort"}
     if unknown:
         raise ValueError("unknown key '%s' of the cost '%s'" % (sorted(unknown)[0], name))
+    if "weight" not in cost:
+        cost = {**cost, "weight": dict.fromkeys(cost.get("target", {}), 1.0)}
 
     def filled(key: str, names: Sequence[str]) -> List[float]:
         values = [0.0] * len(names)
@@ -291,7 +294,8 @@ def sweep(system: _core.System, draws: Draws, runs: Optional[int] = None, *, thr
     a function of seed and number of the run. threads: 0 for all cores.
     keep: of 'outcome', 'start', 'final_state', 'end_time', 'words', 'margins', 'jacobian'; also events
     (times of so many), samples (states at instants), directions (B(w) of each), costs by name as
-    {"target": …, "weight": …, "effort": …}. histograms: {observable: (low, high, bins)}.
+    {"target": …, "weight": …, "effort": …}, each by name; weight 1 for each target where left out.
+    histograms: {observable: (low, high, bins)}.
     x0, inputs, duration and options are those of simulate. progress: True for a line of text.
     directory: a Zarr store that is written chunk by chunk; resume=True does what is missing in it.
     client: of Dask distributed, whose workers run chunks.

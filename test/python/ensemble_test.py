@@ -104,7 +104,8 @@ class Runs(unittest.TestCase):
         swept = biped.sweep(PITCH, 300, seed=1, keep=["outcome", "start", "final_state", "words", "margins",
                                                       "end_time"], events=2, samples=[0.5, 1.2],
                             directions=["+body_pitch", {"d/dt body_z": 2.0}], histograms={"body_pitch": (-1, 1, 10)},
-                            costs={"low": {"weight": {"body_z": 2}, "target": {"body_z": 1}}})
+                            costs={"low": {"weight": {"body_z": 2}, "target": {"body_z": 1}},
+                                   "plain": {"target": {"body_z": 1, "d/dt body_x": 0}}})
         self.assertEqual({"ok": 300}, swept.outcomes)
         for run in (0, 17, 299):
             pitch, rate = swept["start"][run]
@@ -118,7 +119,9 @@ class Runs(unittest.TestCase):
             np.testing.assert_array_equal(B("+body_pitch"), swept["derivative"][run][0])
             np.testing.assert_array_equal(B({"d/dt body_z": 2}), swept["derivative"][run][1])
             z = one.final_state[list(biped.state_names).index("body_z")]
+            speed = one.final_state[7 + list(biped.velocities).index("body_x")]
             self.assertAlmostEqual((z - 1) ** 2, swept["costs"][run][0], delta=1e-15)
+            self.assertAlmostEqual(((z - 1) ** 2 + speed ** 2) / 2, swept["costs"][run][1], delta=1e-15)
         final = swept["final_state"] - swept.reference
         np.testing.assert_allclose(swept.mean[:14], final.mean(axis=0), atol=1e-14)
         np.testing.assert_allclose(swept.covariance[:14, :14], np.cov(final.T), atol=1e-14)
@@ -126,7 +129,7 @@ class Runs(unittest.TestCase):
         counts, edges = swept.histogram("body_pitch")
         np.testing.assert_array_equal(np.histogram(final[:, 6], np.linspace(-1, 1, 11))[0], counts[1:-1])
         self.assertEqual(300, sum(swept.words.values()))
-        self.assertEqual(["low"], swept.names[14:])
+        self.assertEqual(["low", "plain"], swept.names[14:])
 
     def test_threads_and_halves_have_the_same_bits(self):
         biped = cf.Model("soft_biped")
