@@ -40,12 +40,14 @@ Interval FromShown(const py::tuple& t) {
   return {nullptr, std::move(v)};
 }
 
-py::list LinearizeRun(const std::shared_ptr<Run>& run, const py::kwargs& options) {
+py::list LinearizeRun(const std::shared_ptr<Run>& run, double max_seconds,
+                      const py::kwargs& options) {
+  CheckMaxSeconds(max_seconds);
   run->CheckRepeats("it has no derivative");
   const BDerivativeOptions o = ToOptions(options, BDerivativeOptions());
   if (!run->options.dense) throw py::value_error("the run was made with dense=False");
   std::vector<IntervalLinearization> all =
-      WithoutLock([&] { return Linearize(run->system->get(), run->trajectory, o); });
+      WithoutLock([&] { return Linearize(run->system->get(), run->trajectory, o); }, max_seconds);
   py::list intervals;
   for (IntervalLinearization& one : all) {
     intervals.append(Interval{run, std::make_shared<IntervalLinearization>(std::move(one))});
@@ -53,12 +55,15 @@ py::list LinearizeRun(const std::shared_ptr<Run>& run, const py::kwargs& options
   return intervals;
 }
 
-PiecewiseLinearMap MapOfInputs(const std::shared_ptr<Run>& run, const py::kwargs& options) {
+PiecewiseLinearMap MapOfInputs(const std::shared_ptr<Run>& run, double max_seconds,
+                               const py::kwargs& options) {
+  CheckMaxSeconds(max_seconds);
   run->CheckRepeats("it has no derivative");
   const BDerivativeOptions o = ToOptions(options, BDerivativeOptions());
   if (!run->options.dense) throw py::value_error("the run was made with dense=False");
   return WithoutLock(
-      [&] { return InputMap(Linearize(run->system->get(), run->trajectory, o), o.max_pieces); });
+      [&] { return InputMap(Linearize(run->system->get(), run->trajectory, o), o.max_pieces); },
+      max_seconds);
 }
 
 /// Where each order of the impacts leads, of the clusters whose order decides.
@@ -279,11 +284,12 @@ void BindDerivativeParts(py::module_* module) {
   BindQuotients(module);
   BindIntervals(module);
   py::class_<Run, std::shared_ptr<Run>>(module->attr("Run"))
-      .def("linearize", &LinearizeRun,
-           "(A_k, B_k) of each interval of the input grid, as Intervals.")
-      .def("input_map", &MapOfInputs,
-           "(δu_1, …, δu_K) ↦ δx(T) [2d × K m] of the inputs of the K intervals of the grid that "
-           "the run meets, a PiecewiseLinearMap.");
+      .def("linearize", &LinearizeRun, py::arg("max_seconds") = kForever,
+           "(A_k, B_k) of each interval of the input grid, as Intervals. Raises BudgetExceeded\n"
+           "where it takes longer than `max_seconds`.")
+      .def("input_map", &MapOfInputs, py::arg("max_seconds") = kForever,
+           "(δu_1, …, δu_K) ↦ δx(T) [2d × K m] of the inputs of the K intervals of the grid that\n"
+           "the run meets, a PiecewiseLinearMap. `max_seconds` as for linearize.");
   py::class_<Derivative, std::shared_ptr<Derivative>>(module->attr("Derivative"))
       .def("outcomes", &Outcomes, py::arg("continued") = false,
            "Where the order of simultaneous impacts decides: what each order leads to, as dicts\n"

@@ -129,6 +129,12 @@ class Derivatives(unittest.TestCase):
         if B.is_differentiable:
             np.testing.assert_allclose(A, B.jacobian(), atol=1e-6 * largest(A))
         self.assertEqual((2 * robot.dof, 4 * len(robot.inputs)), run.input_map().shape)
+        self.assertEqual(4, len(run.linearize(max_seconds=600)))
+        for late in (run.linearize, run.input_map):
+            with self.assertRaisesRegex(cf.BudgetExceeded, "max_seconds"):
+                late(max_seconds=1e-9)
+            with self.assertRaisesRegex(ValueError, "max_seconds is -1"):
+                late(max_seconds=-1)
 
     def test_budgets(self):
         run = cf.Robot(case.ROBOTS / "quadruped.yaml").simulate()
