@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Mapping, Tuple
 
 import numpy as np
 
@@ -33,42 +33,48 @@ class Grid:
 
 @dataclass(frozen=True)
 class Section:
-    """Where a return map is taken; made by Crossing, Apex, Touchdown and After."""
+    """Where a return map is taken; made by Crossing, Apex, Touchdown and After. `shifted`: numbers by the
+    names of coordinates, which are added to the return before it is compared with the start."""
 
     kind: str
     name: str = ""
     value: float = 0.0
     sign: int = 0
+    shifted: Tuple[Tuple[str, float], ...] = ()
 
 
-def Crossing(name: str, value: float = 0.0, sign: int = 0) -> Section:
+def _pairs(shifted: Mapping[str, float]) -> Tuple[Tuple[str, float], ...]:
+    return tuple((str(name), float(amount)) for name, amount in dict(shifted).items())
+
+
+def Crossing(name: str, value: float = 0.0, sign: int = 0, *, shifted: Mapping[str, float] = {}) -> Section:
     """Where a coordinate passes `value`, or, for a name that begins with 'd/dt ', a velocity does.
     sign +1: it rises, −1: it falls, 0: either.
 
-    >>> Crossing('d/dt body_z', sign=-1)
-    Section(kind='velocity', name='body_z', value=0.0, sign=-1)
+    >>> Crossing('d/dt body_z', sign=-1, shifted={'clock': -0.5})
+    Section(kind='velocity', name='body_z', value=0.0, sign=-1, shifted=(('clock', -0.5),))
     """
     if not math.isfinite(value):
         raise ValueError("value is %r, expected a number that is finite" % (value,))
     if sign not in (-1, 0, 1):
         raise ValueError("sign is %r, expected -1, 0 or 1" % (sign,))
     if name.startswith("d/dt "):
-        return Section("velocity", name[len("d/dt "):], float(value), sign)
-    return Section("coordinate", name, float(value), sign)
+        return Section("velocity", name[len("d/dt "):], float(value), sign, _pairs(shifted))
+    return Section("coordinate", name, float(value), sign, _pairs(shifted))
 
 
-def Apex(coordinate: str) -> Section:
+def Apex(coordinate: str, *, shifted: Mapping[str, float] = {}) -> Section:
     """Where the velocity of a coordinate falls through zero."""
-    return Section("velocity", coordinate, 0.0, -1)
+    return Section("velocity", coordinate, 0.0, -1, _pairs(shifted))
 
 
-def Touchdown(constraint: str) -> Section:
+def Touchdown(constraint: str, *, shifted: Mapping[str, float] = {}) -> Section:
     """Just behind the impact of a contact."""
-    return Section("event", constraint)
+    return Section("event", constraint, shifted=_pairs(shifted))
 
 
-def After(seconds: float) -> Section:
+def After(seconds: float, *, shifted: Mapping[str, float] = {}) -> Section:
     """After some seconds, whatever the state."""
     if not (math.isfinite(seconds) and seconds > 0):
         raise ValueError("seconds is %r, expected a number > 0" % (seconds,))
-    return Section("time", "", float(seconds))
+    return Section("time", "", float(seconds), 0, _pairs(shifted))

@@ -88,6 +88,20 @@ PiecewiseLinearMap MapOf(const Return& r) {
   return (*r.value).*member;
 }
 
+/// What is added to coordinates of a return, as pairs of name and number.
+void ReadShifted(const System& system, const py::handle& spec, ReturnSymmetry* symmetry) {
+  if (!py::hasattr(spec, "shifted")) return;
+  for (const py::handle pair : spec.attr("shifted")) {
+    const auto [name, given] = pair.cast<std::pair<std::string, py::object>>();
+    const double amount = ToNumber(given, "shifted of a section");
+    if (!std::isfinite(amount)) {
+      throw py::value_error("shifted of a section is " + Number(amount) + " for '" + name +
+                            "', expected a number that is finite");
+    }
+    symmetry->Shift(system.get(), name, amount);
+  }
+}
+
 }  // namespace
 
 Section ToSection(const System& system, const py::handle& spec) {
@@ -125,6 +139,7 @@ Section ToSection(const System& system, const py::handle& spec) {
   } else {
     throw py::value_error("section.kind is '" + kind + "'");
   }
+  ReadShifted(system, spec, &section.symmetry);
   return section;
 }
 
@@ -247,7 +262,8 @@ void BindPoincare(py::module_* module) {
       .def("poincare", &MakePoincare, py::arg("section"), py::arg("u") = py::none(),
            py::arg("by") = py::make_tuple("state"), py::arg("horizon") = usual.horizon,
            py::arg("shortest") = usual.shortest, py::arg("max_seconds_total") = kForever,
-           "The first return map of a section: Crossing, Apex, Touchdown or After. `by` as in\n"
+           "The first return map of a section: Crossing, Apex, Touchdown or After; `shifted` of\n"
+           "it is added to coordinates of a return, as −T to the clock of a gait. `by` as in\n"
            "Run.derivative, `horizon` the longest return [s], crossings before `shortest` [s] are\n"
            "the start itself. Options of runs (tolerances of 1e-12 here) and of derivatives.\n"
            "An answer that takes longer than `max_seconds_total` ends, and says so.");

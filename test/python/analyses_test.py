@@ -24,6 +24,12 @@ def trot(name):
     return cf.Model(data["model"], **data["parameters"]), case.state(data["initial_state"])
 
 
+TABLE = """<robot name="table"><link name="world"/><link name="ball"><inertial><mass value="1"/>
+<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial></link><joint name="z" type="prismatic">
+<parent link="world"/><child link="ball"/><axis xyz="0 0 1"/>
+<limit lower="-9" upper="9" effort="9" velocity="9"/></joint></robot>"""
+
+
 class Sled(cf.Formulas):
     """x is pushed along by its own speed and drawn to 0, z comes to rest at 0."""
 
@@ -78,6 +84,34 @@ class Orbits(unittest.TestCase):
             np.testing.assert_allclose(back.reduced[0].matrix, [[1]], atol=1e-8)
         first = cf.PythonModel(Pad).poincare(cf.Touchdown("pad"))([5.0, 0.0])
         self.assertAlmostEqual(1.0, first.time, places=9)
+
+    def test_a_clock_is_shifted(self):
+        """A ball on a table z = A sin(ω t) that is hit once a period T, with e: g T/2 behind each impact, where the
+        table rises by (1 − e)/(1 + e) of that. By (t, v) the return is [1, c/g; c a, c² a/g + e²], c = 1 + e, a = −ω² z."""
+        gravity, restitution, period, amplitude = 9.81, 0.6, 0.2, 0.01
+        table = cf.Robot.from_strings(TABLE, """{base: fixed, constraints: {c: {kind: plane, link: ball, point: [0, 0, 0],
+            restitution: 0.6, motion: {direction: [0, 0, 1], amplitude: 0.01, frequency: 5}}}}""")
+        speed, w = gravity * period / 2, 2 * np.pi / period
+        early = math.acos(speed * (1 - restitution) / (1 + restitution) / (amplitude * w)) / w
+        returns = table.poincare(cf.Touchdown("c", shifted={"clock": -period}))
+        for t, verdict in ((early, "stable"), (period - early, "unstable")):
+            height = amplitude * math.sin(w * t)
+            x = table.state(**{"z": height, "clock": t, "d/dt z": speed})
+            np.testing.assert_allclose(returns(x).x, x, atol=1e-9)
+            orbit = returns.fixed_point(x)
+            self.assertTrue(orbit, orbit.message)
+            self.assertAlmostEqual(period, orbit.period, places=9)
+            stability = orbit.stability()
+            self.assertEqual(verdict, stability.verdict)
+            c, a = 1 + restitution, -w * w * height
+            by_hand = [[1, c / gravity], [c * a, c * c * a / gravity + restitution ** 2]]
+            np.testing.assert_allclose(np.sort_complex(np.linalg.eigvals(stability.map[0].matrix)),
+                                       np.sort_complex(np.linalg.eigvals(by_hand)), atol=1e-6)
+            self.assertEqual(verdict, pickle.loads(pickle.dumps(returns)).fixed_point(x).stability().verdict)
+        self.assertNotEqual("converged", table.poincare(cf.Touchdown("c")).fixed_point(x).status)
+        for shifted, message in (({"tick": 1}, "tick"), ({"clock": float("nan")}, "finite")):
+            with self.assertRaisesRegex(ValueError, message):
+                table.poincare(cf.Touchdown("c", shifted=shifted))
 
     def test_a_translation_that_grows_is_none(self):
         def of(gain, stiffness=0.0):
