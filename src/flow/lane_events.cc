@@ -137,7 +137,8 @@ bool LaneRuns::PassTransition(int k) {
   return held <= 1e6 * options_.max_megabytes;
 }
 
-/// False where a contact opens again that nearly touched, or may graze.
+/// False where a contact opens again that nearly touched, or may graze; or that stands near where
+/// the next arc begins, see Flow::LowAtBegin.
 bool LaneRuns::TallyTransition(int k, const Transition& transition) {
   Lane& run = lane(k);
   run.start_error = arc_error_;
@@ -145,6 +146,11 @@ bool LaneRuns::TallyTransition(int k, const Transition& transition) {
   system_.Constraints(transition.x_minus.head(d_), v_minus, &terms_);
   for (int i : ConstraintSet::All(n_) - run.mode - transition.activated - transition.mode_before) {
     if (!(terms_.gap(i) > kTouchReach * options_.absolute_tolerance)) return false;
+  }
+  const ConstraintSet touched = run.margins.low | transition.mode_before | transition.activated;
+  for (int i : touched - run.mode) {
+    const double gap = terms_.gap(i), floor = options_.absolute_tolerance;
+    if (std::abs(gap) > floor && !(gap > kTouchReach * floor)) return false;
   }
   if (transition.activated.Empty()) return true;
   Matrix rows(transition.activated.Size(), d_);

@@ -10,10 +10,21 @@
 
 namespace contact_flow {
 
+/// As EventLocator::Locate, which is not asked at each step: gaps that are far above their floors
+/// where the step begins are low no longer.
+void LaneRuns::ForgetLow(Lane* run) const {
+  for (int i : run->margins.low) {
+    const double above = Guards::GapSign(i, run->mode) * run->begin.gap(i);
+    if (above > kTouchReach * options_.absolute_tolerance) run->margins.low.Erase(i);
+  }
+  run->next_margins.low = run->margins.low;
+}
+
 /// Whether the ends and stages of the step tell that nothing vanishes in it, as they do where
 /// EventLocator searches nothing; `growth` is what the next step may be longer by.
 bool LaneRuns::IsClear(int k, bool free, double* growth) {
   Lane& run = lane(k);
+  ForgetLow(&run);
   if (!run.mode.Empty() && (free || !ForcesAreClear(k, growth))) return false;
   for (int i = 0; i < n_; ++i) {
     if (run.mode.Contains(i)) continue;

@@ -104,6 +104,7 @@ class LaneRuns {
   bool PassTransition(int k);
   bool TallyTransition(int k, const Transition& transition);
   bool Accumulates(int k, const ResolvedTransition& resolved);
+  void ForgetLow(Lane* lane) const;
   bool IsClear(int k, bool free, double* growth);
   bool ForcesAreClear(int k, double* growth);
   double LargestForce(int k) const;

@@ -126,6 +126,19 @@ TEST(SimulateBatch, GivesThemAtOtherTolerancesAndMethods) {
   }
 }
 
+/// Steps so short that most are clear, with a floor that feet take more than one to leave.
+TEST(SimulateBatch, GivesThemWhereFeetLeaveTheirFloorsSlowly) {
+  const auto system = MakeModel("soft_biped", {{"body_inertia", 0.8853210184713968}});
+  const Matrix states = Starts(*system, 21, 1e-6, 5);
+  SimulateOptions options;
+  options.relative_tolerance = options.absolute_tolerance = 1e-3;
+  options.max_step = 0.01;
+  ExpectSameAll(*system, states, Vector(), 2.2, options);
+  options.simultaneity_tolerance = 0.01;
+  const long in_lanes = ExpectSameAll(*system, states, Vector(), 2.2, options);
+  if (MachineHasLanes()) EXPECT_GT(in_lanes, 10);
+}
+
 TEST(SimulateBatch, HasInputsOfEachRun) {
   const auto system = MakeModel("steered_trot", {});
   const Matrix states = Starts(*system, 9, 0.002, 3);
