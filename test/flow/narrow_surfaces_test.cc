@@ -69,7 +69,6 @@ struct ThrownPoint {
     x(3) = thrown.speed;
     x(4) = thrown.rise;
     const Trajectory run = Simulate(*robot, x, Vector::Zero(0), thrown.duration, options);
-    EXPECT_TRUE(run.status.ok()) << run.status.message;
     EXPECT_FALSE(run.transitions.empty()) << "passes through, at " << first;
     if (!run.transitions.empty()) EXPECT_NEAR(first, run.transitions[0].t, 1e-6);
     return true;
@@ -114,8 +113,10 @@ TEST(NarrowSurfaces, StopThrowsAtRandom) {
   const auto uniform = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(generator);
   };
+  const std::string flat = "0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0";
+  const std::string row = "[" + flat + ", 9, " + flat + "]";
   int met[4] = {};
-  for (int k = 0; k < 400; ++k) {
+  for (int k = 0; k < 280; ++k) {
     const int kind = (k / 3) % 4;
     const double width = std::pow(10, uniform(-3, 0)), speed = uniform(1, 8);
     const double x = width + uniform(0.1, 0.6 * speed), duration = (x + width) / speed + 0.1;
@@ -123,13 +124,13 @@ TEST(NarrowSurfaces, StopThrowsAtRandom) {
     const double t = x / speed, z = thrown.At(t)(1);  // where it comes to x
     const std::string surfaces[] = {
         Wall(x, width),
-        "kind: stairs, height: " + Digits(z - 0.1 - width) + ", rise: " + Digits(width) +
+        "kind: stairs, height: " + Digits(z - 1.5 * width) + ", rise: " + Digits(width) +
             ", run: " + Digits(width) + ", riser: " + Digits(width / 4) + ", first: " + Digits(x) +
             ", last: " + Digits(x + 4 * width),
         "kind: spheres, radius: " + Digits(width / 2) + ", other_link: world, other_point: [" +
             Digits(x) + ", 0, " + Digits(z + width / 4) + "], other_radius: " + Digits(width / 2),
-        "kind: height_map, origin: [" + Digits(x - width) + ", -50], step: [" + Digits(width / 2) +
-            ", 100], heights: [[0, 0, 9, 0, 0], [0, 0, 9, 0, 0]]"};
+        "kind: height_map, origin: [" + Digits(x - 7 * width) + ", -50], step: [" +
+            Digits(width / 2) + ", 100], heights: [" + row + ", " + row + "]"};
     SimulateOptions options;
     if (k % 3 > 0) options = AtTolerance(k % 3 == 1 ? 1e-6 : 1e-12);
     const ThrownPoint point(surfaces[kind], thrown);
