@@ -51,8 +51,7 @@ GuardSearch::GuardSearch(int n, Sampler sampler, Values values)
       values_alone_(std::move(values)),
       values_(n, kSlots + 2),
       rates_(n, kSlots + 2),
-      seen_(n, 3),
-      falls_(static_cast<std::size_t>(n)) {}
+      seen_(n, 3) {}
 
 void GuardSearch::Sample(int slot) {
   ++samples_;
@@ -102,28 +101,6 @@ void GuardSearch::Report(int i, double theta, bool touch) {
   event_->touch = touch;
 }
 
-/// Guard i has fallen on a stretch, but not below −floor.
-void GuardSearch::NoteFall(int i, const Fall& fall) {
-  if (!(fall.value_left > 0 && fall.value_right <= 0) || !risen_.Contains(i)) return;
-  sinking_.Insert(i);
-  falls_[static_cast<std::size_t>(i)] = fall;
-}
-
-/// Whether guard i, which has passed zero, would be the event if it fell on.
-bool GuardSearch::IsSought(int i) const {
-  return sinking_.Contains(i) && falls_[static_cast<std::size_t>(i)].left < event_->theta;
-}
-
-/// The guards to be looked at from slot 0 on.
-ConstraintSet GuardSearch::Sought() const {
-  if (theta_[0] < event_->theta) return query_->guards;
-  ConstraintSet sought;
-  for (int i : sinking_) {
-    if (IsSought(i)) sought.Insert(i);
-  }
-  return sought;
-}
-
 /// A number in [−1, 1) that is different each time, for places that must not follow a pattern.
 double GuardSearch::Irregular() const {
   const double turns = static_cast<double>(samples_) * kGolden;
@@ -168,15 +145,10 @@ void GuardSearch::Run(const GuardQuery& query, double* margin, LocatedEvent* eve
   samples_ = 0;
   sampled_event_ = -1;
   finest_ = 1;
-  risen_ = query.guards - query.low;
-  sinking_ = ConstraintSet();
   int top = std::min(query.pieces, kMaxPieces);
   shortest_ = std::ldexp(1.0 / top, -kQuickHalvings);
   Divide(top);
-  while (top > 0) {
-    const ConstraintSet sought = Sought();
-    const bool before = theta_[0] < event->theta;
-    if (!before && (sought.Empty() || samples_ > query.max_samples)) return;
+  while (top > 0 && theta_[0] < event->theta) {
     if (samples_ > query.max_samples) {
       event->found = false;
       event->theta = theta_[0];
@@ -186,11 +158,11 @@ void GuardSearch::Run(const GuardQuery& query, double* margin, LocatedEvent* eve
     const int middle = top + 1;
     const double length = theta_[top] - theta_[0];
     theta_[middle] = theta_[0] + length * (0.5 + kOffMiddle * Irregular());
-    open_[middle] = open_[top] & sought;
+    open_[middle] = open_[top];
     Sample(middle);
     const bool last = middle + 1 == kSlots || std::ldexp(length, kMaxHalvings) < 1;
     ConstraintSet open;
-    for (int i : open_[middle]) {
+    for (int i : open_[top]) {
       if (!Settle(i, middle, top, last)) open.Insert(i);
     }
     if (open.Empty()) {
@@ -237,7 +209,7 @@ bool GuardSearch::Settle(int i, int middle, int end, bool last) {
   }
   if (!resolved && !last) return false;
   SearchHalf(i, a, m, left.Lowest() - error);
-  if (m.theta < event_->theta || IsSought(i)) SearchHalf(i, m, b, right.Lowest() - error);
+  if (m.theta < event_->theta) SearchHalf(i, m, b, right.Lowest() - error);
   return true;
 }
 
@@ -252,11 +224,9 @@ void GuardSearch::SearchHalf(int i, const Node& begin, const Node& end, double l
   const double sunk = seen_(i, kSunk);
   const double least = falls_on || sunk > floor ? sunk + kStandsStill * floor : floor;
   const bool comes_back = query_->low.Contains(i) && std::min(begin.rate, end.rate) < -query_->fall;
-  if (begin.value > floor) risen_.Insert(i);
-  if (begin.value > 0 || (begin.rate > 0 && end.rate < 0)) sinking_.Erase(i);
   if (end.value >= -least && !comes_back &&
       (!dips || lower_bound > std::max(kTouchReach * floor, *margin_))) {
-    return NoteFall(i, {begin.theta, begin.value, end.theta, end.value});
+    return;
   }
   const auto value_at = [&](double theta) { return ValueAt(i, theta); };
   const auto rate_at = [&](double theta) { return RateAt(i, theta); };
@@ -272,25 +242,19 @@ void GuardSearch::SearchHalf(int i, const Node& begin, const Node& end, double l
   const double values[2] = {value_turn, end.value};
   for (int part = 0; part < 2; ++part) {
     const bool passes = comes_back && value_left > 0 && values[part] < 0;
-    const bool sinks = values[part] < -least;
-    Fall fall = {left, value_left, stops[part], values[part]};
-    if (sinks || passes) {
-      if (sinking_.Contains(i)) fall = falls_[static_cast<std::size_t>(i)];
-      if (sinks) sinking_.Erase(i);
-      if (fall.value_left > 0 && VanishesLater(i, fall.left, fall.right)) return;
-      const double root = fall.value_left <= 0 ? fall.left
-                                               : Root(value_at, fall.left, fall.right,
-                                                      fall.value_left, fall.value_right);
-      if (sinks || RateAt(i, root) < -query_->fall) return Report(i, root, false);
+    if (values[part] < -least || passes) {
+      if (value_left > 0 && VanishesLater(i, left, stops[part])) return;
+      const double root =
+          value_left <= 0 ? left : Root(value_at, left, stops[part], value_left, values[part]);
+      if (values[part] < -least || RateAt(i, root) < -query_->fall) return Report(i, root, false);
     }
-    NoteFall(i, fall);
     if (part == 0 && dip && query_->touches && value_turn <= kTouchReach * floor) {
       return Report(i, turn, true);
     }
     left = stops[part];
     value_left = values[part];
   }
-  if (dip && begin.theta < event_->theta) *margin_ = std::min(*margin_, std::max(value_turn, 0.0));
+  if (dip) *margin_ = std::min(*margin_, std::max(value_turn, 0.0));
 }
 
 }  // namespace contact_flow

@@ -204,43 +204,5 @@ TEST(GuardSearches, FindWhatComesBackWithinItsFloor) {
   }
 }
 
-/// Two guards that pass zero one soon after the other and then their floor: the first counts,
-/// whichever that is, and wherever the pieces end. So does one that falls slowly beside a quick one
-/// of a later zero, if it goes on below its floor, and no other.
-TEST(GuardSearches, FindTheFirstOfTwoThatPassTheirFloorLater) {
-  const double floors[] = {1e-2, 1e-2};
-  const auto search = [&](const Vector& zero, const Vector& slope, const Vector& bend) {
-    const auto sample = [&](double theta, ConstraintSet set, double* value, double* rate) {
-      for (int i : set) {
-        const double s = theta - zero(i);
-        value[i] = -slope(i) * s + bend(i) * s * s;
-        rate[i] = -slope(i) + 2 * bend(i) * s;
-      }
-    };
-    double margin = std::numeric_limits<double>::infinity();
-    LocatedEvent event;
-    GuardSearch(2, sample).Run({ConstraintSet({0, 1}), floors, true, true, 4, 1000}, &margin,
-                               &event);
-    return event;
-  };
-  const Vector steep = Vector::Constant(2, 0.1), quick = (Vector(2) << 0.02, 1).finished();
-  const Vector straight = Vector::Zero(2), turns = (Vector(2) << 0.02, 0).finished();
-  for (int k = 1; k <= 800; ++k) {
-    const double place = 1e-3 * k;
-    for (int first : {0, 1}) {
-      Vector zero = Vector::Constant(2, place + 1e-6);
-      zero(first) = place;
-      const LocatedEvent event = search(zero, steep, straight);
-      ASSERT_TRUE(event.found) << place;
-      EXPECT_EQ(first, event.constraint) << place;
-      EXPECT_NEAR(place, event.theta, 1e-14);
-    }
-    if (place > 0.4) continue;
-    const Vector later = (Vector(2) << place, place + 0.05).finished();
-    EXPECT_EQ(0, search(later, quick, straight).constraint) << place;
-    EXPECT_EQ(1, search(later, quick, turns).constraint) << place;
-  }
-}
-
 }  // namespace
 }  // namespace contact_flow

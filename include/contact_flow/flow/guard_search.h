@@ -4,7 +4,6 @@
 #include <array>
 #include <functional>
 #include <limits>
-#include <vector>
 
 #include "contact_flow/constraint_set.h"
 #include "contact_flow/types.h"
@@ -54,8 +53,7 @@ struct GuardQuery {
 ///   if the halves' Bernstein coefficients stay above zero by twice the error: it has no zero; or
 ///   if the error is small compared with the guard's own variation, and either half turns as
 ///   its ends tell: then it is searched between the turns, the roots of its true rate.
-/// Otherwise the piece is halved. A zero counts only if the guard falls below −floor after it, on
-/// whatever piece: an event ends the search when no guard that passed zero before it can do so. A
+/// Otherwise the piece is halved. A zero counts only if the guard falls below −floor after it. A
 /// guard that comes within ten floors and opens again is a touch.
 ///
 /// So a dip that holds one of the sampled points is found whatever the guard does elsewhere: one
@@ -85,10 +83,6 @@ class GuardSearch {
   struct Node {
     double theta, value, rate;
   };
-  /// A stretch on which a guard falls, and passes zero if it is above at `left`.
-  struct Fall {
-    double left, value_left, right, value_right;
-  };
   Node At(int i, int slot) const { return {theta_[slot], values_(i, slot), rates_(i, slot)}; }
   double Irregular() const;
   void Sample(int slot);
@@ -100,9 +94,6 @@ class GuardSearch {
   double ValueAt(int i, double theta);
   bool VanishesLater(int i, double left, double right);
   void Report(int i, double theta, bool touch);
-  void NoteFall(int i, const Fall& fall);
-  bool IsSought(int i) const;
-  ConstraintSet Sought() const;
 
   static constexpr int kMaxHalvings = 32;  // a kink is then resolved to rounding
   static constexpr int kSlots = kMaxPieces + kMaxHalvings + 2;
@@ -118,10 +109,6 @@ class GuardSearch {
   // How quick guards are, see Learn; how far below −floor those that are low begin.
   enum { kBend, kTurn, kSunk };
   Matrix seen_;  // [n×3]
-  // Those that have been above their floors, or began there; and of those the ones that passed zero
-  // last, on these stretches, and have not been below −floor since.
-  ConstraintSet risen_, sinking_;
-  std::vector<Fall> falls_;  // [n]
   double shortest_ = 0;
   double sampled_event_ = -1;  // the θ of the last column
   long samples_ = 0;
