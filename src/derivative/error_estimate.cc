@@ -116,10 +116,14 @@ Vector ErrorFrom(const BDerivative& derivative, const std::vector<Matrix>& reset
     if (k + 1 == derivative.arcs.size()) break;
     const Matrix& reset = resets[k];
     after.noalias() = reset * tangent;
-    const Vector jump = parts[2 * k + 1] * (after - tangent).head(d2).cwiseAbs();
+    const Vector change = (after - tangent).head(d2), jump = parts[2 * k + 1] * change.cwiseAbs();
+    const TurnedImpulses& turned = derivative.part_turns[k];
+    const Vector across = turned.shares.size() > 0 ? turned.SizesOf(change.tail(d2 / 2)) : Vector();
     for (int j = 0; j < kProbes; ++j) {
       Carry(reset, &errors[j], &buffer);
       Disturb(j, 4 * k + 3, jump, &errors[j]);
+      if (across.size() == 0) continue;
+      errors[j].segment(d2 / 2, d2 / 2) += turned.across * Signed(j, 4 * k, across);
     }
     tangent.swap(after);
   }
@@ -223,6 +227,7 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
   const std::vector<Matrix> resets = Resets(*derivative);
   derivative->part_errors.clear();
   derivative->part_bends.clear();
+  derivative->part_turns.clear();
   for (std::size_t k = 0; k < derivative->arcs.size(); ++k) {
     AskBudget();
     const Arc& arc = trajectory.arcs[first + k];
@@ -247,11 +252,13 @@ void EstimateErrors(const Trajectory& trajectory, std::size_t first,
     if (k + 1 == derivative->arcs.size()) break;
     if (derivative->events[k].absorbed()) {  // one with that before
       derivative->part_errors.push_back(0);
+      derivative->part_turns.emplace_back();
       continue;
     }
     const Transition& transition = derivative->events[k].transition();
     derivative->part_errors.push_back(
         RelativeResetError(dynamics[k].get(), arc, transition, errors.probes()));
+    derivative->part_turns.push_back(FindTurnedImpulses(system, transition));
     const Status order = errors.PassEvent(k, resets[k]);
     if (!order.ok()) derivative->status = order;
   }

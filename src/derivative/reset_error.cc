@@ -67,7 +67,7 @@ double TimeOfSlipLeft(ContactDynamics* dynamics, const Transition& transition) {
 double RelativeResetError(ContactDynamics* dynamics, const Arc& arc, const Transition& transition,
                           const Probes& errors) {
   return RelativeRateError(dynamics->system(), arc, transition, errors) +
-         TimeOfSlipLeft(dynamics, transition) + transition.turned;
+         TimeOfSlipLeft(dynamics, transition);
 }
 
 }  // namespace contact_flow

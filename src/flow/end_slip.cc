@@ -100,7 +100,11 @@ ResolvedTransition Flow::ResolveAtEvent() {
   if (jam_) return *std::exchange(jam_, std::nullopt);
   if (!apart_.Empty()) return ResolveHeldApart(&dynamics_, t_, x_, mode_, apart_, Rules());
   if (std::exchange(singular_slip_, false)) {
-    return ResolveSingularSlip(&dynamics_, t_, x_, mode_, Rules());
+    ResolvedTransition ended = ResolveSingularSlip(&dynamics_, t_, x_, mode_, Rules());
+    if (ended.status.ok()) return ended;
+    auto settled = ResolveBySettling(&dynamics_, t_, x_, mode_, Rules(), ended.status.outcome,
+                                     "a slip becomes singular that nothing ends");
+    return settled ? *settled : ended;
   }
   ResolvedTransition resolved = ResolveFriction(&dynamics_, t_, x_, mode_, trigger_, Rules());
   const Outcome outcome = resolved.status.outcome;

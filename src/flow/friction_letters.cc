@@ -118,7 +118,7 @@ void FrictionalResolution::NoteSmallest(ConstraintSet contacts) {
 /// Where a rise is made rest, that turns or ends slips which are no faster: their letters, and
 /// those of others, are chosen once more, as the state is told with them.
 void FrictionalResolution::SetLettersAsRested(const TouchingContacts& contacts) {
-  const Vector v = result_.transition.x_plus.tail(d_);
+  const Vector v = struck_ = result_.transition.x_plus.tail(d_);
   halted_ = ConstraintSet();
   ChooseLetters(contacts);
   const Vector rested = result_.transition.x_plus.tail(d_);

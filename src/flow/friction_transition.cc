@@ -26,7 +26,7 @@ constexpr double kAlike = 1.01;
 void FrictionalResolution::Collect(int trigger) {
   Transition& cluster = result_.transition;
   const ContactMode mode = cluster.mode_before;
-  const GuardZeros zeros(&dynamics_, cluster.x_minus, mode, trigger, rules_);
+  const GuardZeros zeros(&dynamics_, cluster.t, cluster.x_minus, mode, trigger, rules_);
   acceleration_ = zeros.acceleration();
   const GuardZero located = zeros.At(trigger);
   const double own = located.error;
@@ -128,32 +128,7 @@ void FrictionalResolution::Decide() {
   }
   for (int i : touching - rising) SortRising(i, rate, v_plus, low(i), &still, &contacts);
   cluster.x_plus.tail(d_) = v_plus;
-  TouchingContacts without = contacts;
-  ConstraintSet back = PressedBack(rate, leaving, still, contacts);
-  for (int i : back) SortRising(i, rate, v_plus, rate(i), &still, &contacts);
-  ended_ = back & contacts.still;
-  // The same event at the same time: what would let go does.
-  for (int i : rules_.stalled ? cluster.vanishing : ConstraintSet()) {
-    for (TouchingContacts* all : {&contacts, &without}) {
-      all->still.Erase(i);
-      all->slipping.Erase(i);
-    }
-  }
-  const Transition decided = cluster;
-  const auto let_rise = [&] {
-    cluster = decided;
-    back = ended_ = ConstraintSet();
-    SetLettersOrEndSlip(without);
-  };
-  try {
-    SetLettersOrEndSlip(contacts);
-    const ConstraintSet hit = leaving_hit | (cluster.activated - cluster.mode_after);
-    if (!back.Empty() && TurnsBack(hit)) let_rise();
-  } catch (const FrictionRefusal&) {
-    if (back.Empty()) throw;
-    let_rise();  // the slips of a rise may fit no word
-  }
-  TellOfRest(back & cluster.mode_after);
+  RestOrFollow({rate, leaving, leaving_hit, still, contacts});
   cluster.touching = beside & (cluster.impulse_word | cluster.mode_after);
   TellOfApex((beside & cluster.mode_after) - implied_ - grazed_);
 }
@@ -210,15 +185,6 @@ void FrictionalResolution::TellOfApex(ConstraintSet closed) {
     result_.transition.obstacle = {Outcome::kZeno, message.str()};
   }
   result_.warnings.push_back({Outcome::kZeno, result_.transition.t, message.str()});
-}
-
-/// Whether one of them, which was hit and leaves, approaches again, as others were made rest.
-bool FrictionalResolution::TurnsBack(ConstraintSet hit) const {
-  const Vector v = result_.transition.x_plus.tail(d_);
-  for (int i : hit) {
-    if (terms_.jacobian.row(i).dot(v) < -Rounding(i, v)) return true;
-  }
-  return false;
 }
 
 /// Contacts that the others of one body bring along, a gap that is a sum of theirs: they land

@@ -33,7 +33,7 @@ ConstraintSet FrictionalResolution::Unrisen(const TouchingContacts& contacts) {
     const bool near = std::abs(terms_.gap(i)) <= rules_.reach_tolerance;
     if (near && std::abs(rate_(i)) <= slow) rising.Insert(i);
   }
-  return PressedBack(rate_, rising, {}, contacts);
+  return PressedBack({rate_, rising, {}, {}, contacts}, Unfollowed::kUnresolved);
 }
 
 void FrictionalResolution::DecideInput() {

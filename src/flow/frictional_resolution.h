@@ -17,6 +17,22 @@
 
 namespace contact_flow {
 
+/// What an impact leaves of the contacts that touch.
+struct LeftByImpact {
+  Vector rate;                ///< of all rows
+  ConstraintSet leaving;      ///< that others throw up
+  ConstraintSet bouncing;     ///< that were hit and leave
+  ConstraintSet still;        ///< that do not slip
+  TouchingContacts contacts;  ///< what does not leave
+};
+
+/// Which bounces are made rest, as no guard of theirs is followed.
+enum class Unfollowed {
+  kUnresolved,      ///< lower than what integration resolves
+  kUnseen,          ///< lower than what gaps are computed to
+  kUnseenStopping,  ///< these, and slips which are no faster end with them
+};
+
 /// Resolves one cluster of a system with friction, in the order of its methods.
 class FrictionalResolution {
  public:
@@ -98,9 +114,12 @@ class FrictionalResolution {
             TouchingContacts* contacts) const;
   void SortRising(int i, const Vector& rate, const Vector& v, double low, ConstraintSet* still,
                   TouchingContacts* contacts) const;
-  ConstraintSet PressedBack(const Vector& rate, ConstraintSet leaving, ConstraintSet still,
-                            TouchingContacts resting);
+  double Reach(int i, Unfollowed which) const;
+  ConstraintSet PressedBack(const LeftByImpact& left, Unfollowed which);
   bool TurnsBack(ConstraintSet hit) const;
+  bool StopSlow(const TouchingContacts& contacts);
+  bool RestPressedBack(const LeftByImpact& left, Unfollowed which);
+  void RestOrFollow(const LeftByImpact& left);
   ConstraintSet UnresolvedSlips(ConstraintSet contacts) const;
   ConstraintSet Unrisen(const TouchingContacts& contacts);
   void TellOfRest(ConstraintSet pressed_back);
@@ -152,6 +171,7 @@ class FrictionalResolution {
   double onset_ = 0;          // of the fastest slip in space that begins [m/s]
   double fastest_rise_ = 0;   // that is made rest after an impact [m/s]
   ConstraintSet thrown_;      // that bounce meanwhile
+  Vector struck_;             // v before anything is made rest [d]
   Vector risen_;              // rates of all rows before that
   std::vector<Vector> bounces_changes_;  // what they gain meanwhile, at most
   double bounces_last_ = 0;              // one after the other [s]

@@ -19,8 +19,8 @@ struct GuardZero {
 /// slope that is lost in its own terms says nothing.
 class GuardZeros {
  public:
-  GuardZeros(ContactDynamics* dynamics, const Vector& x, const ContactMode& mode, int trigger,
-             const TransitionRules& rules);
+  GuardZeros(ContactDynamics* dynamics, double t, const Vector& x, const ContactMode& mode,
+             int trigger, const TransitionRules& rules);
 
   GuardZero At(int guard) const;
   /// The guards that are functions of forces.
@@ -31,11 +31,15 @@ class GuardZeros {
 
  private:
   bool IsOpenGap(int guard) const;
+  double KnownTo(int guard, const Eigen::RowVectorXd& terms) const;
 
-  const int n_;
+  const int n_, d_;
+  const double t_;
   const ContactMode mode_;
+  const ClosedGaps* const closed_;
   const GuardGradients gradients_;
   Vector error_, reach_;  // of the state [2d]
+  Vector rounding_;       // of the positions [d]
   Vector acceleration_;   // of the gaps [n]
 };
 

@@ -24,10 +24,17 @@ constexpr double kNoSpeed = 1e-12;
 TransitionRules Flow::Rules() const {
   ErrorTally error = start_error_;  // of the present arc and the one before
   if (!new_arc_) error.Continue(t_ - arc_begin_, arc_error_);
-  return {options_.simultaneity_tolerance, options_.speed_tolerance,    options_.impact_law,
-          options_.gap_tolerance,          options_.absolute_tolerance, stalls_ >= kStallsToInsist,
-          options_.relative_tolerance,     options_.absolute_tolerance, error.error(),
-          implied_.constraints()};
+  return {options_.simultaneity_tolerance,
+          options_.speed_tolerance,
+          options_.impact_law,
+          options_.gap_tolerance,
+          options_.absolute_tolerance,
+          stalls_ >= kStallsToInsist,
+          options_.relative_tolerance,
+          options_.absolute_tolerance,
+          error.error(),
+          implied_.constraints(),
+          &closed_};
 }
 
 void Flow::Warn(Outcome code, const std::string& message) {
@@ -178,10 +185,14 @@ void Flow::NoteHeldDown() {
 /// to come alike, or have been forgotten.
 void Flow::TallyTransition() {
   start_error_ = arc_error_;
-  if (transition_.activated.Empty()) return;
+  const ConstraintSet closed = transition_.mode_before | transition_.activated;
+  const bool keeps = system_.HasFriction() && !closed.Empty();
+  if (!keeps && transition_.activated.Empty()) return;
   const int d = system_.dof();
   const Vector v_minus = transition_.x_minus.tail(d);
   system_.Constraints(transition_.x_minus.head(system_.num_positions()), v_minus, &terms_);
+  if (keeps) closed_.Note(t_, closed - system_.compliant(), terms_.gap);
+  if (transition_.activated.Empty()) return;
   Matrix rows(transition_.activated.Size(), d);
   Eigen::Index row = 0;
   for (int i : transition_.activated) rows.row(row++) = terms_.jacobian.row(i);

@@ -8,6 +8,7 @@
 #include "contact_flow/derivative/start_cone.h"
 #include "contact_flow/derivative/start_stop.h"
 #include "contact_flow/derivative/trust.h"
+#include "contact_flow/derivative/turned_impulses.h"
 #include "contact_flow/flow/status.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/model/mechanical_system.h"
@@ -64,6 +65,8 @@ class BDerivative {
   /// what the error of the state changes in Φ_k w, E_k w, by the change of the Jacobian
   /// [2d × 2d+k].
   std::vector<Matrix> part_bends;
+  /// what turned slips change in B_k.
+  std::vector<TurnedImpulses> part_turns;
 
   /// B(w) [2d] on one direction w [2d+k], or [2d] with (δu, δp) = 0, in polynomial time. Throws
   /// std::invalid_argument for a direction that leaves the domain at the start, naming the

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
+#include "contact_flow/flow/closed_gaps.h"
 #include "contact_flow/flow/corner_locator.h"
 #include "contact_flow/flow/dop853.h"
 #include "contact_flow/flow/error_tally.h"
@@ -228,7 +229,8 @@ class Flow {
   ErrorTally arc_error_;    // since the arc began
   ErrorTally start_error_;  // of the arc before, where this one begins
   double arc_begin_ = 0;    // [s]
-  bool new_arc_ = false;    // the next step is the first of its arc
+  ClosedGaps closed_{system_.num_constraints()};
+  bool new_arc_ = false;  // the next step is the first of its arc
 
   Transition transition_;
   std::optional<double> last_transition_;

@@ -5,6 +5,7 @@
 
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/impact.h"
+#include "contact_flow/flow/closed_gaps.h"
 #include "contact_flow/flow/status.h"
 #include "contact_flow/flow/trajectory.h"
 
@@ -26,6 +27,8 @@ struct TransitionRules {
   /// Constraints that the mode holds, their rows being combinations of its own: they touch all
   /// along, and what rate they have is rounding. Without friction.
   ConstraintSet implied;
+  /// Of gaps that are known better, having been closed shortly before. With friction; null: none.
+  const ClosedGaps* closed = nullptr;
 };
 
 /// A transition with what it adds to the margins, and a status that is not kOk where it
