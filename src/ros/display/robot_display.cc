@@ -149,8 +149,10 @@ RobotDisplay::RobotDisplay(const RobotSystem& system, const std::string& urdf,
   }
   double mass = 0;
   for (const RobotModel::Link& link : model.links) {
+    const auto described = description->links_.find(link.name);
+    if (described == description->links_.end()) continue;  // a sole, or a pad
     mass += link.inertia.mass;
-    for (const auto& visual : description->links_.at(link.name)->visual_array) {
+    for (const auto& visual : described->second->visual_array) {
       if (!visual->geometry) continue;
       shapes_.push_back(
           {link.pose * ToPose(visual->origin), link.body, ToMarker(*visual->geometry)});
