@@ -19,6 +19,9 @@ from . import _core
 
 Array = NDArray[np.float64]
 SAMPLES = 200  #: instants of a run between its events
+CONSTANTS = {  #: of SimulateTrajectory.srv, of outcomes that have other names there
+    "sliding or not unique (Filippov)": "FILIPPOV", "no contact forces (Painleve)": "PAINLEVE_INCONSISTENT",
+    "several motions (Painleve)": "PAINLEVE_INDETERMINATE", "singular slip (Painleve)": "PAINLEVE_CROSSING"}
 
 
 def check(run: _core.Run) -> None:
@@ -128,7 +131,7 @@ def result_of(run: _core.Run, msg: Any, outcome: int) -> Any:
 def outcome_number(name: str) -> int:
     """Of the constants of SimulateTrajectory.srv."""
     response: Any = importlib.import_module("contact_flow.srv").SimulateTrajectoryResponse
-    return int(getattr(response, name.upper().replace(" ", "_").replace("-", "_")))
+    return int(getattr(response, CONSTANTS.get(name, name.upper().replace(" ", "_").replace("-", "_"))))
 
 
 def write(path: Union[str, "os.PathLike[str]"], runs: Iterable[_core.Run], node: str = "/contact_flow") -> None:
