@@ -10,11 +10,15 @@ namespace contact_flow {
 
 void SolveDenseAvx2(double* A, double* B, int n, int columns) {
   using Matrix = Eigen::MatrixXd;
-  Eigen::Map<Matrix> left(A, n, n), right(B, n, columns);
+  Eigen::Map<Matrix> given(A, n, n), asked(B, n, columns);
+  // Copies begin at multiples of 32 bytes: last digits would else depend on where A and B lie.
+  Matrix left = given, right = asked;
   const Eigen::PartialPivLU<Eigen::Ref<Matrix>> factors(left);  // in place
   factors.permutationP().applyThisOnTheLeft(right);
   factors.matrixLU().triangularView<Eigen::UnitLower>().solveInPlace(right);
   factors.matrixLU().triangularView<Eigen::Upper>().solveInPlace(right);
+  given = left;
+  asked = right;
 }
 
 }  // namespace contact_flow

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <cstdlib>
 
 namespace contact_flow {
@@ -38,6 +39,35 @@ TEST(DenseSolve, FindsWhatWasMultiplied) {
   SolveDense(&A, &B);
   EXPECT_LT((B - X).cwiseAbs().maxCoeff(), 1e-11);
 }
+
+#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__)
+/// To the bit, wherever the numbers lie: machines allocate at multiples of 16 bytes.
+TEST(DenseSolve, DoesNotDependOnAddresses) {
+  if (!__builtin_cpu_supports("avx2") || !__builtin_cpu_supports("fma")) {
+    GTEST_SKIP() << "no AVX2 and FMA";
+  }
+  std::srand(3);
+  for (int n = 2; n < 48; ++n) {
+    for (int columns : {1, 2, 5, 12, 23}) {
+      const Matrix A = Matrix::Random(n, n), B = Matrix::Random(n, columns);
+      Matrix X[2];
+      for (int shift : {0, 1}) {
+        Vector left(n * n + 4), right(n * columns + 4);
+        const auto place = [shift](Vector* room) {  // 0 or 16 bytes behind a multiple of 32
+          const auto address = reinterpret_cast<std::uintptr_t>(room->data()) / sizeof(double);
+          return room->data() + (4 - address % 4) % 4 + 2 * shift;
+        };
+        Eigen::Map<Matrix> factors(place(&left), n, n), solution(place(&right), n, columns);
+        factors = A;
+        solution = B;
+        SolveDenseAvx2(factors.data(), solution.data(), n, columns);
+        X[shift] = solution;
+      }
+      EXPECT_TRUE(X[0] == X[1]) << n << ' ' << columns;
+    }
+  }
+}
+#endif
 
 }  // namespace
 }  // namespace contact_flow
