@@ -47,8 +47,9 @@ std::shared_ptr<Robot> FromFile(const py::object& path, const std::string& urdf,
 std::shared_ptr<Robot> FromStrings(const std::string& urdf, const std::string& yaml,
                                    const std::string& folder, const py::kwargs& parameters) {
   const ParameterValues values = ToParameters(parameters);
+  const std::string end = folder.empty() || folder.back() == '/' ? "" : "/";
   return WithoutLock([&] {
-    return std::make_shared<Robot>(RobotTexts{urdf, yaml, "", folder}, values);
+    return std::make_shared<Robot>(RobotTexts{urdf, yaml, "", folder + end}, values);
   });
 }
 

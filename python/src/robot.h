@@ -17,6 +17,7 @@ class Robot : public System {
  public:
   Robot(RobotTexts texts, const ParameterValues& values) : texts_(std::move(texts)) {
     if (texts_.yaml.empty()) texts_.yaml = "{}";  // a URDF alone
+    KeepMeshContacts(&texts_);                    // what pickles and bags hold of it
     std::shared_ptr<const RobotSystem> made = MakeRobot(texts_, values);
     robot_ = made.get();
     system = std::move(made);

@@ -171,7 +171,10 @@ void BindTerms(py::module_* module) {
             return Accelerations(s, x, u, mode, true);
           },
           py::arg("x") = py::none(), py::arg("u") = py::none(), py::arg("mode") = py::none(),
-          "(v̇, λ, Dv̇ [d × 2d+m], Dλ [n+l+r × 2d+m]), by (δq, δv, δu).")
+          "(v̇, λ, Dv̇ [d × 2d+m], Dλ [n+l+r × 2d+m]), by (δq, δv, δu). Of contacts that share "
+          "forces,\n"
+          "as two points of a body that sticks, Dλ is that of the share furthest within their "
+          "cones.")
       .def(
           "initial_mode",
           [](const System& s, const py::object& x, const py::object& u, const py::kwargs& options) {

@@ -202,8 +202,22 @@ RobotModel ReadRobotModel(const std::string& urdf, const YAML::Node& document) {
   return ParseUrdf(urdf, static_cast<RobotBase>(base), static_cast<UrdfFaults>(faults));
 }
 
-/// Contacts that come from other files, meshes and terrains, are written into the YAML, so that the
-/// two texts are all there is to a robot.
+/// A map with more keys: behind its text, whose lines stay, where that is read so; a map in braces,
+/// or with a mark of its end, is written anew.
+std::string WithMore(const std::string& yaml, const YAML::Node& more) {
+  const std::string longer = yaml + "\n" + YAML::Dump(more) + "\n";
+  try {
+    if (ParseYaml(longer).IsMap()) return longer;
+  } catch (const std::invalid_argument&) {
+  } catch (const YAML::Exception&) {
+  }
+  YAML::Node document = ParseYaml(yaml);
+  for (const auto& entry : more) document[entry.first] = entry.second;
+  return YAML::Dump(document) + "\n";
+}
+
+}  // namespace
+
 void KeepMeshContacts(RobotTexts* texts) {
   try {
     const YAML::Node document = ParseYaml(texts->yaml);
@@ -223,13 +237,11 @@ void KeepMeshContacts(RobotTexts* texts) {
     for (const std::string& warning : made.warnings) {
       kept["contacts_made"]["warnings"].push_back(warning);
     }
-    texts->yaml += "\n" + YAML::Dump(kept) + "\n";
+    texts->yaml = WithMore(texts->yaml, kept);
   } catch (const std::invalid_argument&) {  // told where the robot is made
   } catch (const YAML::Exception&) {
   }
 }
-
-}  // namespace
 
 RobotDescription ParseRobot(const std::string& urdf, const YAML::Node& document,
                             const std::string& folder) {

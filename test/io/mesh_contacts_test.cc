@@ -132,6 +132,26 @@ TEST_F(ContactsOfMeshes, AreFoundInAPackageWhoseFolderHasAnotherName) {
   }
 }
 
+/// In the two texts, however the YAML is written: in lines, in braces, with a mark of its end.
+TEST_F(ContactsOfMeshes, AreKeptInTheYaml) {
+  const std::string rest = "contacts: {ground: all, vertices: 4}";
+  const std::string urdf =
+      "<robot name=\"r\">" + UnitLink("a", Mesh("file://" + folder_ + "egg.stl")) + "</robot>";
+  for (const std::string& yaml : {"base: floating\n" + rest, "{base: floating, " + rest + "}",
+                                  "base: floating\n" + rest + "\n...\n"}) {
+    const std::string path = folder_ + "egg.yaml";
+    std::ofstream(path) << yaml;
+    RobotTexts texts = ReadRobotTexts(path, urdf);
+    RobotTexts told{urdf, yaml, "", ""};
+    KeepMeshContacts(&told);
+    EXPECT_EQ(texts.yaml, told.yaml);
+    const std::size_t at = texts.urdf.find("egg.stl");
+    texts.urdf.replace(at, 7, "gone.stl");
+    EXPECT_EQ(4, MakeRobot(texts)->num_constraints()) << yaml;
+    std::remove(path.c_str());
+  }
+}
+
 /// 80 bytes that say anything, "solid", too; a count; and a normal, three corners and two bytes of
 /// each triangle.
 TEST_F(ContactsOfMeshes, MayBeBinary) {

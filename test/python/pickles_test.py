@@ -6,7 +6,9 @@ import copy
 import gc
 import inspect
 import multiprocessing
+import pathlib
 import pickle
+import tempfile
 import unittest
 import weakref
 
@@ -111,6 +113,20 @@ class Pickles(unittest.TestCase):
         with concurrent.futures.ProcessPoolExecutor(1, multiprocessing.get_context("spawn")) as pool:
             for value, there in zip(chosen, pool.map(shown_of_pickle, map(pickle.dumps, chosen))):
                 self.assertEqual(shown(value), there)
+
+    def test_robots_hold_their_meshes(self):
+        """Of texts, too: on another machine there is no such file."""
+        urdf = """<robot name="egg"><link name="egg"><inertial><mass value="1"/><inertia ixx="1" iyy="1" izz="1" ixy="0"
+            ixz="0" iyz="0"/></inertial><collision><geometry><mesh filename="egg.stl"/></geometry></collision></link></robot>"""
+        corners = [f"vertex {x} {y} -0.1" for x, y in ((0, 0.1), (0.1, -0.1), (-0.1, -0.1))]
+        lines = ["solid egg", "facet normal 0 0 1", "outer loop", *corners, "endloop", "endfacet", "endsolid egg"]
+        with tempfile.TemporaryDirectory() as folder:
+            (pathlib.Path(folder) / "egg.stl").write_text("\n".join(lines), encoding="utf-8")
+            run = cf.Robot.from_strings(urdf, "{base: floating}", folder=folder).simulate(duration=0.3)
+            kept = pickle.dumps(run)
+        again = pickle.loads(kept)
+        self.assertEqual((3, 1), (len(again.system.constraints), len(again.events)))
+        np.testing.assert_array_equal(run.final_state, again.final_state)
 
     def test_what_goes_on_is_refused(self):
         ball = cf.Model("driven_ball")

@@ -71,6 +71,9 @@ RobotTexts ReadRobotTexts(const std::string& path, const std::string& urdf = "",
                           const std::string& usual = "");
 /// A URDF or xacro of its own, without YAML.
 RobotTexts ReadUrdf(const std::string& path);
+/// Writes contacts that come from other files, meshes and terrains, into the YAML, so that the two
+/// texts are all there is to a robot. ReadRobotTexts has done so.
+void KeepMeshContacts(RobotTexts* texts);
 /// These make the robot; messages begin with its path.
 RobotDescription ParseRobot(const RobotTexts& texts);
 /// The robot of these texts.
