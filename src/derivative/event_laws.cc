@@ -58,11 +58,10 @@ double DirectionNoise(const MechanicalSystem& system, const Transition& transiti
   return noise;
 }
 
-/// What the speed does to the field that a slip in space is given to begin with, which without
-/// impact is the one change of the state: as much as that speed again.
-double OnsetNoise(ContactDynamics* after, const Transition& transition, const Vector& field) {
-  const ConstraintSet begins = transition.mode_before.Sticking() - transition.mode_after.Sticking();
-  if (begins.Empty() || !transition.activated.Empty()) return 0;
+/// What the one change of the state without impact does to the field, by the speed that a slip in
+/// space is given to begin with, or what is left of one that ends: as much as that again.
+double JumpNoise(ContactDynamics* after, const Transition& transition, const Vector& field) {
+  if (!transition.activated.Empty()) return 0;
   Vector x = transition.x_plus;
   auto v = x.tail(after->system().dof());
   v += v - transition.x_minus.tail(v.size());
@@ -80,7 +79,7 @@ double EventLaw(ContactDynamics* before, ContactDynamics* after, const Transitio
   residual->size = std::max(field.cwiseAbs().maxCoeff(), field_after.cwiseAbs().maxCoeff());
   const double left = RelativeResidual(residual->value, residual->size);
   double noise = DirectionNoise(before->system(), transition);
-  if (left > kLawLimit) noise += OnsetNoise(after, transition, field_after) / residual->size;
+  if (left > kLawLimit) noise += JumpNoise(after, transition, field_after) / residual->size;
   return std::max(0.0, left - noise);
 }
 

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "src/dynamics/slips_in_space.h"
+
 namespace contact_flow {
 namespace {
 
@@ -62,12 +64,30 @@ double TimeOfSlipLeft(ContactDynamics* dynamics, const Transition& transition) {
   return kStopSafety * longest;
 }
 
+/// By how much what is left of a slip that ends turns others that go on, in space and slowly.
+double TurnOfOthers(const MechanicalSystem& system, const Transition& transition) {
+  if (!transition.activated.Empty()) return 0;
+  const ConstraintSet slipping =
+      SlipsInSpace(system, transition.mode_before) & SlipsInSpace(system, transition.mode_after);
+  if (slipping.Empty()) return 0;
+  const int d = system.dof(), nq = system.num_positions();
+  const Vector v = transition.x_plus.tail(d), jump = v - transition.x_minus.tail(d);
+  double largest = 0;
+  ConstraintTerms terms;
+  system.Constraints(transition.x_plus.head(nq), v, &terms);
+  for (int i : slipping) {
+    const auto T = terms.jacobian.middleRows<2>(system.friction()[i].row);
+    largest = std::max(largest, (T * jump).norm() / (T * v).norm());
+  }
+  return largest;
+}
+
 }  // namespace
 
 double RelativeResetError(ContactDynamics* dynamics, const Arc& arc, const Transition& transition,
                           const Probes& errors) {
   return RelativeRateError(dynamics->system(), arc, transition, errors) +
-         TimeOfSlipLeft(dynamics, transition);
+         TimeOfSlipLeft(dynamics, transition) + TurnOfOthers(dynamics->system(), transition);
 }
 
 }  // namespace contact_flow

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "frictional_reset.h"
+#include "src/dynamics/slips_in_space.h"
 #include "src/flow/force_slack.h"
 
 namespace contact_flow {
@@ -11,8 +12,17 @@ namespace {
 
 /// A slip, or a normal velocity, is zero below this, relative to its terms.
 constexpr double kZero = 1e-9;
+/// A slip that the impact leaves where none was before, relative to its terms.
+constexpr double kStruck = 1e-12;
 /// A force that vanishes is known to, relative to the largest.
 constexpr double kNoForce = 1e-7;
+
+ConstraintSet Struck(const MechanicalSystem& system, const Transition& transition) {
+  if (transition.activated.Empty()) return {};
+  return (SlipsInSpace(system, transition.impulse_word) &
+          SlipsInSpace(system, transition.mode_after)) -
+         SlipsInSpace(system, transition.mode_before);
+}
 
 }  // namespace
 
@@ -21,6 +31,7 @@ WalkPoint::WalkPoint(ContactDynamics* dynamics, const Transition& transition)
       system_(dynamics->system()),
       nq_(system_.num_positions()),
       contacts_(transition.mode_before.Members() | transition.activated),
+      struck_(Struck(system_, transition)),
       speed_(transition.x_minus.tail(system_.dof()).cwiseAbs().maxCoeff()),
       x_(transition.x_minus) {
   Measure();
@@ -55,7 +66,8 @@ double WalkPoint::SizeOf(int row) const {
 
 bool WalkPoint::SlipVanishes(int i) const {
   const Friction& friction = system_.friction()[i];
-  return rate_.segment(friction.row, friction.dimension).norm() <= kZero * SizeOf(friction.row);
+  const double zero = struck_.Contains(i) ? kStruck : kZero;
+  return rate_.segment(friction.row, friction.dimension).norm() <= zero * SizeOf(friction.row);
 }
 
 int WalkPoint::Leaves(int i) const {

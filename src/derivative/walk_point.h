@@ -41,7 +41,8 @@ class WalkPoint {
   const MechanicalSystem& system_;
   const int nq_;
   const ConstraintSet contacts_;
-  const double speed_;  // largest entry of v⁻
+  const ConstraintSet struck_;  // what an impact makes slip, however slowly
+  const double speed_;          // largest entry of v⁻
   Vector x_;
   ConstraintTerms terms_;
   Vector rate_;

@@ -11,8 +11,10 @@
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
+#include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
+#include "src/derivative/frictional_walk.h"
 #include "src/derivative/rest_reset.h"
 #include "src/dynamics/rest_impulse.h"
 #include "test/friction/systems/tips.h"
@@ -87,7 +89,7 @@ TEST(RigidFeet, BouncesThatMatterAreFollowed) {
   RobotTexts texts = ReadRobotTexts(DropFile("quadruped"));
   AddFriction(0.8, &texts.yaml);
   const std::unique_ptr<RobotSystem> robot = MakeRobot(texts);
-  for (const int seed : {3, 11, 14, 33, 39}) {
+  for (const int seed : {3, 11, 14, 33, 39, 102, 109}) {
     SCOPED_TRACE(seed);
     const Vector x = RandomDrop(*robot, seed), u = robot->nominal().u;
     SimulateOptions options;
@@ -114,6 +116,41 @@ TEST(RigidFeet, BouncesThatMatterAreFollowed) {
     EXPECT_LT(error, told);
     std::printf("seed %d: |b| %.3g, off %.1e, told %.1e\n", seed, b.norm(), error, told);
   }
+}
+
+/// A foot that rocks makes the other, which sticks, slip at some 1e-9 m/s: in the direction of that
+/// impact, not as a slip from rest begins. B(F⁻) = F⁺ tells.
+TEST(RigidFeet, SlipsThatImpactsLeaveAreNotNone) {
+  RobotTexts texts = ReadRobotTexts(DropFile("humanoid"));
+  AddFriction(0.8, &texts.yaml);
+  const std::unique_ptr<RobotSystem> robot = MakeRobot(texts);
+  SimulateOptions options;
+  options.method = IntegrationMethod::kAutomatic;
+  const Vector x = RandomDrop(*robot, 23), u = robot->nominal().u;
+  const Trajectory run = Simulate(*robot, x, u, 0.26687, options);
+  ASSERT_TRUE(run.status.ok()) << run.status.message;
+  ContactDynamics dynamics(*robot, u);
+  const int d = robot->dof(), nq = robot->num_positions();
+  int slow = 0;
+  for (const Transition& transition : run.transitions) {
+    if (transition.guards.size() != 1 || transition.activated.Empty()) continue;
+    if (!transition.obstacle.ok() || !transition.rested.Empty()) continue;
+    ConstraintTerms terms;
+    robot->Constraints(transition.x_plus.head(nq), transition.x_plus.tail(d), &terms);
+    double slowest = 1;
+    for (int i : transition.mode_before.Sticking() & transition.mode_after.Members()) {
+      if (transition.mode_after.LetterOf(i) != Letter::kSlip) continue;
+      const auto T = terms.jacobian.middleRows<2>(robot->friction()[i].row);
+      slowest = std::min(slowest, (T * transition.x_plus.tail(d)).norm());
+    }
+    if (slowest > 1e-8) continue;
+    ++slow;
+    const Vector field = dynamics.Field(transition.x_minus, transition.mode_before);
+    const FrictionalPath path = WalkThrough(&dynamics, transition, {}, field, Vector());
+    const Vector after = dynamics.Field(transition.x_plus, transition.mode_after);
+    EXPECT_LT((path.matrix * field - after).norm(), 1e-4 * after.norm()) << transition.t;
+  }
+  EXPECT_GE(slow, 1);
 }
 
 /// DR of a rest, with slips in space and coefficients of friction, beside differences of v⁺: speeds
