@@ -2,8 +2,11 @@
 // Feet that the impacts of others throw up so little that they are pressed back at once.
 #include <gtest/gtest.h>
 
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
+#include <map>
 #include <memory>
 #include <random>
 #include <string>
@@ -11,11 +14,13 @@
 
 #include "contact_flow/derivative/b_derivative.h"
 #include "contact_flow/derivative/finite_difference.h"
+#include "contact_flow/derivative/turned_impulses.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/io/robot_file.h"
 #include "src/derivative/frictional_walk.h"
 #include "src/derivative/rest_reset.h"
+#include "src/dynamics/implied_contacts.h"
 #include "src/dynamics/rest_impulse.h"
 #include "test/friction/systems/tips.h"
 #include "test/model/random_drop.h"
@@ -196,6 +201,54 @@ TEST_F(PressedBack, ResetHasTheDerivativeOfItsVelocity) {
     const Vector told = reset.jacobian.col(j).segment(d, d);
     EXPECT_LT((quotient - told).norm(), 1e-6 * (1 + told.norm())) << "column " << j;
   }
+}
+
+/// What is told of slips that turn, beside the reset of slips that are turned: no less, and no more
+/// than the directions of two slips make of it.
+TEST_F(PressedBack, TurnedImpulsesCoverResetsOfTurnedSlips) {
+  const int d = robot_->dof(), nq = robot_->num_positions();
+  ContactMode mode;
+  mode.Set(0, Letter::kSlip);
+  mode.Set(1, Letter::kStick);
+  mode.Set(2, Letter::kSlip);
+  Vector x = robot_->nominal().x;
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  for (double& rate : x.tail(d)) rate = normal(random);
+  const ContactDynamics dynamics(*robot_, robot_->nominal().u, Variables());
+  x.tail(d) = ResetToRest(dynamics, x, mode).v_plus;  // at rest, where the reset is linear
+
+  constexpr double kAngle = 0.05;
+  const InverseInertia inertia(*robot_, x.head(nq), x.tail(d));
+  std::map<int, Eigen::Vector2d> slips;
+  for (int i : {0, 2}) {
+    const int row = robot_->friction()[i].row;
+    const Eigen::Vector2d slip = inertia.terms().jacobian.middleRows<2>(row) * x.tail(d);
+    slips[i] = Eigen::Rotation2Dd(kAngle) * slip;
+  }
+  Vector turned = x;
+  MakeRest(*robot_, mode, slips, &turned);
+  const Matrix difference = ResetToRest(dynamics, turned, mode).jacobian.block(d, d, d, d) -
+                            ResetToRest(dynamics, x, mode).jacobian.block(d, d, d, d);
+  Transition transition;
+  transition.x_minus = transition.x_plus = x;
+  transition.rested = mode;
+  transition.turned = kAngle;
+  const TurnedImpulses impulses = FindTurnedImpulses(*robot_, transition);
+  ASSERT_EQ(4, impulses.across.cols());
+  const Matrix jumps =
+      ResetToRest(dynamics, x, mode).jacobian.block(d, d, d, d) - Matrix::Identity(d, d);
+  const auto size = [&](const Vector& v) { return std::sqrt(v.dot(inertia.mass() * v)); };
+  double closest = 0;
+  for (int j = 0; j < d; ++j) {
+    const Vector sizes = impulses.SizesOf(jumps.col(j));
+    double told = 0;
+    for (int k = 0; k < 4; ++k) told += size(impulses.across.col(k)) * sizes(k);
+    const double off = size(difference.col(j));
+    EXPECT_LE(off, 1.05 * told + 1e-12) << "column " << j;
+    if (told > 1e-9) closest = std::max(closest, off / told);
+  }
+  EXPECT_GT(closest, 0.2);
 }
 
 /// Three tips: an impulse on the first moves the second by 0.01, the third by `third` [1/kg]; one
