@@ -37,6 +37,7 @@ class GuardZeros {
   const double t_;
   const ContactMode mode_;
   const ClosedGaps* const closed_;
+  const double tolerance_;  // of gaps [m]
   const GuardGradients gradients_;
   Vector error_, reach_;  // of the state [2d]
   Vector rounding_;       // of the positions [d]

@@ -10,7 +10,7 @@
 namespace contact_flow {
 
 /// When contacts were last closed. Where one leaves its gap is zero, whatever errors positions
-/// have: for some time it is known better than these tell. Allocates once.
+/// have: for as long as steps add nothing it is known better than these tell. Allocates once.
 class ClosedGaps {
  public:
   explicit ClosedGaps(int n) : time_(Vector::Constant(n, kNever)), gap_(Vector::Zero(n)) {}
@@ -22,6 +22,8 @@ class ClosedGaps {
       gap_(i) = std::abs(gap(i));
     }
   }
+  /// The time since contact i was closed at time t [s]; +∞ where it never was.
+  double Since(int i, double t) const { return t - time_(i); }
   /// What a gap whose rate is known to so much [m/s] is known to at time t [m]; +∞ where it never
   /// was closed.
   double Error(int i, double t, double of_rate) const {
