@@ -134,9 +134,8 @@ ConstraintSet EventLocator::OpenGaps(bool free) const {
       continue;
     }
     const GuardBound bound = QuinticBound(h, first, last);
-    const bool dips = first.rate < 0 && last.rate > 0;
     const bool clear = bound.lowest > bound.error && bound.lowest > floor_;
-    if (!clear || (dips && bound.lowest - bound.error < margins_.gap)) open.Insert(i);
+    if (!clear || (bound.dips && bound.lowest - bound.error < margins_.gap)) open.Insert(i);
   }
   return open;
 }

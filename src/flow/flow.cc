@@ -13,6 +13,7 @@
 #include "contact_flow/flow/transition.h"
 #include "src/clocks.h"
 #include "step_constants.h"
+#include "turned_gaps.h"
 
 namespace contact_flow {
 namespace {
@@ -120,6 +121,7 @@ void Flow::BeginArc() {
   stepper_->Begin(x_);
   SampleGaps(system_, x_, dynamics_.acceleration(), &terms_, &gaps_begin_);
   guard_margins_.low = LowAtBegin();
+  NoteTurned(gaps_begin_, options_.speed_tolerance, &guard_margins_);
   FindImplied();
   thrown_ = ThrownDown();
   drifts_ = Drifts(x_, gaps_begin_);
@@ -270,6 +272,7 @@ bool Flow::Accept() {
   t_ = end_;
   x_ = x_end_;
   guard_margins_ = locator_.margins();
+  if (!jam_) NoteForces();
   if (trigger_ < 0) trigger_ = ImpliedThatMoved(1);
   if (!jam_) ForgetRisen();
   quick_ = quick_next_;
@@ -295,10 +298,13 @@ bool Flow::Cut(double t) {
   ++steps_;
   ++attempts_;
   locator_.RestoreMargins(guard_margins_);
-  stepper_->TryStep(t - t_, options_.relative_tolerance, options_.absolute_tolerance);
+  locator_.BeginStep();
+  const double error =
+      stepper_->TryStep(t - t_, options_.relative_tolerance, options_.absolute_tolerance);
   FinishStep();
   Vector x = stepper_->end();
-  if (!x.allFinite()) {  // an implicit step that was not solved: where the whole one passes
+  const bool solved = x.allFinite();
+  if (!solved) {  // an implicit step that was not solved: where the whole one passes
     stepper_->TryStep(end_ - t_, options_.relative_tolerance, options_.absolute_tolerance);
     FinishStep();
     EvaluateDenseStep(ProposedDense(), system_.state_size(), (t - t_) / (end_ - t_), x.data());
@@ -311,6 +317,7 @@ bool Flow::Cut(double t) {
   t_ = t;
   x_ = x;
   arc_begun_ = false;
+  if (solved) NoteCutStep(error);
   return true;
 }
 
@@ -332,19 +339,8 @@ bool Flow::ChangeInput(const VectorRef& u) {
   new_arc_ = true;
   ++transitions_;
   mode_ = transition_.mode_after;
+  force_minima_.Keep(guards_.OfForces(mode_, {}));
   return true;
-}
-
-Margins Flow::margins() const {
-  Margins margins = margins_;
-  margins.gap = guard_margins_.gap;
-  margins.force = guard_margins_.force;
-  return margins;
-}
-
-RunStatistics Flow::statistics() const {
-  return {dynamics_.evaluations(), steps_, attempts_ - steps_, implicit_steps_,
-          implicit_ ? implicit_->jacobians() : 0};
 }
 
 }  // namespace contact_flow

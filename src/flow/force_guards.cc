@@ -53,6 +53,22 @@ void EventLocator::EndStep() {
   calls_ = 1;
 }
 
+/// Of forces that are shared a lower bound is known: it tells where it hardly changes.
+void EventLocator::PassForces(ForceMinima* minima) const {
+  if (calls_ != places_->stages) return;
+  double largest = 0;
+  for (int g : pushes_) largest = std::max(largest, std::abs(forces_(g, places_->end)));
+  for (int g : pushes_) {
+    ForceMinima::Values values;
+    for (std::size_t k = 0; k < values.size(); ++k) values[k] = forces_(g, places_->nodes[k]);
+    if (IsShared(g)) {
+      const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
+      if (!(*lowest > kForceReserve * (*highest - *lowest))) continue;
+    }
+    minima->Pass(g, *places_, values, relative_tolerance_ * largest);
+  }
+}
+
 /// What the integrator cannot resolve of each force.
 void EventLocator::FindForceFloors() {
   dynamics_->InverseMasses(&gain_);
@@ -101,11 +117,7 @@ bool EventLocator::ScreenForces(bool probed, ConstraintSet* open, LocatedEvent* 
       range = forces_.row(i).head(seen_).maxCoeff() - lowest;
     }
     const auto values = forces_.row(i).head(seen_);
-    const bool dips = lowest < values(0) && lowest < values(places_->end);
-    if (lowest > kForceReserve * range) {
-      if (dips) margins_.force = std::min(margins_.force, lowest);
-      continue;
-    }
+    if (lowest > kForceReserve * range) continue;
     if (!floors) FindForceFloors();
     floors = true;
     if (IsShared(i)) {
@@ -123,16 +135,12 @@ bool EventLocator::ScreenForces(bool probed, ConstraintSet* open, LocatedEvent* 
     const double growth = std::pow(bound.error / allowed, -1.0 / 6);
     event->growth = std::min(event->growth, growth);
     const double reach = std::min(bound.lowest, lowest) - bound.error;
-    const bool deeper = dips && reach < margins_.force;
+    const bool deeper = bound.dips && reach < margins_.force;
     for (int k = 0; lowest < -allowed && k < seen_; ++k) {
       const double place = places_->at[static_cast<std::size_t>(k)];
       if (values(k) < -allowed && place < pull->theta) *pull = {false, place, i};
     }
-    if (reach <= floors_(i) || (deeper && lowest <= kForceMargin * range)) {
-      open->Insert(i);
-    } else if (dips) {
-      margins_.force = std::min(margins_.force, lowest);
-    }
+    if (reach <= floors_(i) || (deeper && lowest <= kForceMargin * range)) open->Insert(i);
   }
   return true;
 }

@@ -2,17 +2,38 @@
 #include "guard_interpolant.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace contact_flow {
+namespace {
+
+/// What of a change is rounding, relative to the guard.
+constexpr double kChangeRounding = 1e-13;
+
+/// Whether Bernstein coefficients fall and rise again: a polynomial turns no more often than they.
+bool Dips(const std::array<double, 6>& coefficients) {
+  const double noise = kChangeRounding * std::abs(coefficients[0]);
+  bool fell = false;
+  for (std::size_t k = 1; k < coefficients.size(); ++k) {
+    const double change = coefficients[k] - coefficients[k - 1];
+    if (fell && change > noise) return true;
+    fell = fell || change < -noise;
+  }
+  return false;
+}
+
+}  // namespace
+
 GuardBound QuinticBound(double h, const GuardJet& begin, const GuardJet& end) {
   const double g0 = begin.value, g1 = end.value, d0 = h * begin.rate, d1 = h * end.rate;
   const double c0 = h * h * begin.acceleration, c1 = h * h * end.acceleration;
   const double cubic0 = 6 * (g1 - g0) - 4 * d0 - 2 * d1;
   const double cubic1 = -6 * (g1 - g0) + 2 * d0 + 4 * d1;
-  return {std::min({g0, g0 + d0 / 5, g0 + 2 * d0 / 5 + c0 / 20, g1 - 2 * d1 / 5 + c1 / 20,
-                    g1 - d1 / 5, g1}),
-          std::max(std::abs(c0 - cubic0), std::abs(c1 - cubic1)) / 20};
+  const std::array<double, 6> b = {
+      g0, g0 + d0 / 5, g0 + 2 * d0 / 5 + c0 / 20, g1 - 2 * d1 / 5 + c1 / 20, g1 - d1 / 5, g1};
+  return {*std::min_element(b.begin(), b.end()),
+          std::max(std::abs(c0 - cubic0), std::abs(c1 - cubic1)) / 20, Dips(b)};
 }
 
 bool IsFar(double h, const GuardJet& begin, const GuardJet& end) {
@@ -53,7 +74,9 @@ GuardBound StageBound(const StagePlaces& places, const double* values, int strid
   for (int k = 0; probed && k < StagePlaces::kProbes; ++k) {
     check(kChecks + k, places.first_probe() + k);
   }
-  return {(places.bernstein * nodes).minCoeff(), places.reach * miss};
+  std::array<double, 6> b;
+  Eigen::Map<Eigen::Matrix<double, kNodes, 1>>(b.data()) = places.bernstein * nodes;
+  return {*std::min_element(b.begin(), b.end()), places.reach * miss, Dips(b)};
 }
 
 }  // namespace contact_flow

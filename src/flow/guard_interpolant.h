@@ -10,6 +10,7 @@ namespace contact_flow {
 struct GuardBound {
   double lowest;  ///< a lower bound of the interpolant, by its Bernstein coefficients
   double error;   ///< an estimate of how far the guard is off the interpolant
+  bool dips;      ///< whether the coefficients fall and rise again: else the interpolant does not
 };
 
 /// The quintic Hermite interpolant of both ends of a step of length h; its error is estimated by

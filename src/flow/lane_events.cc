@@ -6,6 +6,7 @@
 
 #include "lane_runs.h"
 #include "step_constants.h"
+#include "turned_gaps.h"
 
 namespace contact_flow {
 
@@ -69,6 +70,7 @@ bool LaneRuns::EndOnto(int k) {
   view_.LoadTally(k, &arc_error_);
   run.t += std::max(run.s, 0.0);
   run.x = x_end_;
+  NoteForces(k);
   run.margins = run.next_margins;
   run.quick_end = run.next_quick_end;
   run.quick_step = run.next_quick_step;
@@ -126,6 +128,7 @@ bool LaneRuns::PassTransition(int k) {
   for (const Warning& warning : resolved.warnings) Warn(&run, warning);
   run.last_transition = run.t;
   run.mode = transition.mode_after;
+  run.force_minima.Keep(run.mode);
   run.x = transition.x_plus;
   if (!transition.grazed.Empty()) return false;
   if (!TallyTransition(k, transition) || Accumulates(k, resolved)) return false;
@@ -144,7 +147,9 @@ bool LaneRuns::TallyTransition(int k, const Transition& transition) {
   run.start_error = arc_error_;
   const Vector v_minus = transition.x_minus.tail(d_);
   system_.Constraints(transition.x_minus.head(d_), v_minus, &terms_);
-  for (int i : ConstraintSet::All(n_) - run.mode - transition.activated - transition.mode_before) {
+  const ConstraintSet open =
+      ConstraintSet::All(n_) - run.mode - transition.activated - transition.mode_before;
+  for (int i : open) {
     if (!(terms_.gap(i) > kTouchReach * options_.absolute_tolerance)) return false;
   }
   const ConstraintSet touched = run.margins.low | transition.mode_before | transition.activated;
@@ -153,6 +158,7 @@ bool LaneRuns::TallyTransition(int k, const Transition& transition) {
     if (std::abs(gap) > floor && !(gap > kTouchReach * floor)) return false;
   }
   if (transition.activated.Empty()) return true;
+  run.margins.stopped = StoppedGaps(open, terms_, v_minus, run.x.tail(d_));
   Matrix rows(transition.activated.Size(), d_);
   Eigen::Index row = 0;
   for (int i : transition.activated) rows.row(row++) = terms_.jacobian.row(i);

@@ -6,9 +6,33 @@
 
 #include "guard_interpolant.h"
 #include "lane_runs.h"
+#include "resolution.h"
 #include "step_constants.h"
 
 namespace contact_flow {
+
+bool LaneRuns::Drifts(int k) {
+  const Lane& run = lane(k);
+  const double least = kDrift * options_.absolute_tolerance;
+  const double rate = std::max(least, kSlowDrift * options_.speed_tolerance);
+  for (int i : run.mode) {
+    if (std::abs(run.begin.rate(i)) > rate) return true;
+    if (!(std::abs(run.begin.gap(i)) > least)) continue;
+    double far = 0;
+    for (int j = 0; j < d_; ++j) far = std::max(far, std::abs(At(arrays_.x, j, k)));
+    if (std::abs(run.begin.gap(i)) > std::max(least, kUnits * far)) return true;
+  }
+  return false;
+}
+
+bool LaneRuns::Penetrates(const Lane& run) const {
+  const double depth =
+      std::max(kDeep * options_.gap_tolerance, kUnresolved * options_.absolute_tolerance);
+  for (int i = 0; i < n_; ++i) {
+    if (run.begin.gap(i) < -depth && !run.mode.Contains(i)) return true;
+  }
+  return false;
+}
 
 /// As EventLocator::Locate, which is not asked at each step: gaps that are far above their floors
 /// where the step begins are low no longer.
@@ -31,9 +55,8 @@ bool LaneRuns::IsClear(int k, bool free, double* growth) {
     const GuardJet first = guards_.OfMotion(i, run.mode, run.begin);
     const GuardJet last = guards_.OfMotion(i, run.mode, end_);
     const GuardBound bound = QuinticBound(run.length, first, last);
-    const bool dips = first.rate < 0 && last.rate > 0;
     if (!(bound.lowest > bound.error && bound.lowest > options_.absolute_tolerance)) return false;
-    if (dips && bound.lowest - bound.error < run.margins.gap) return false;
+    if (bound.dips && bound.lowest - bound.error < run.margins.gap) return false;
   }
   return true;
 }
@@ -45,12 +68,7 @@ bool LaneRuns::ForcesAreClear(int k, double* growth) {
   double largest = -1;
   for (int i : run.mode) {
     const double lowest = At(arrays_.low, i, k), range = At(arrays_.high, i, k) - lowest;
-    const bool dips = lowest < Force(0, i, k) && lowest < Force(places.end, i, k);
-    double& margin = run.next_margins.force;
-    if (lowest > kForceReserve * range) {
-      if (dips) margin = std::min(margin, lowest);
-      continue;
-    }
+    if (lowest > kForceReserve * range) continue;
     if (largest < 0) largest = LargestForce(k);
     const double gain = run.maps->gain(i), h = run.length;
     const double floor = options_.relative_tolerance * largest / std::sqrt(gain) +
@@ -63,11 +81,26 @@ bool LaneRuns::ForcesAreClear(int k, double* growth) {
     constexpr double kNoLimit = 1e-5;           // steps grow by less than that allows
     if (part > kNoLimit) *growth = std::min(*growth, std::pow(part, -1.0 / 6));
     const double reach = std::min(bound.lowest, lowest) - bound.error;
-    const bool deeper = dips && reach < margin;
+    const bool deeper = bound.dips && reach < run.margins.force;
     if (reach <= floor || (deeper && lowest <= kForceMargin * range)) return false;
-    if (dips) margin = std::min(margin, lowest);
   }
   return true;
+}
+
+/// As Flow, of a step that is accepted.
+void LaneRuns::NoteForces(int k) {
+  Lane& run = lane(k);
+  const StagePlaces& places = StagePlaces::OfDop853();
+  double largest = 0;
+  for (int i : run.mode) largest = std::max(largest, std::abs(Force(places.end, i, k)));
+  for (int i : run.mode) {
+    ForceMinima::Values values;
+    for (std::size_t node = 0; node < values.size(); ++node) {
+      values[node] = Force(places.nodes[node], i, k);
+    }
+    run.force_minima.Pass(i, places, values, options_.relative_tolerance * largest);
+  }
+  run.next_margins.force = std::min(run.next_margins.force, run.force_minima.lowest());
 }
 
 /// max λ_i √G_ii over members and stages, what forces are rounded to.

@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "contact_flow/budget.h"
-#include "resolution.h"
 #include "src/clocks.h"
 #include "step_constants.h"
 #include "thrown_down.h"
+#include "turned_gaps.h"
 
 namespace contact_flow {
 namespace {
@@ -136,6 +136,7 @@ bool LaneRuns::Start(int k) {
   run.result = BatchRun();
   run.result.first_mode = run.mode;
   run.margins = GuardMargins();
+  run.force_minima = ForceMinima(n_);
   run.run_margins = Margins();
   run.start_error.Reset();
   run.zeno.emplace(n_, options_.zeno_interval);
@@ -163,6 +164,7 @@ bool LaneRuns::BeginArc(int k) {
   force_ = dynamics_.force().head(n_);
   SampleGaps(system_, run.x, dynamics_.acceleration(), &terms_, &run.begin);
   run.margins.low = locator_.Low(run.begin);
+  NoteTurned(run.begin, options_.speed_tolerance, &run.margins);
   Write(run.x.data(), 2 * d_, arrays_.x, k);
   if (MayBeThrownDown(run.begin, run.mode, options_) || Implies(run) || Drifts(k)) return false;
   run.h = kFirstStep * starter_.GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
@@ -190,29 +192,6 @@ bool LaneRuns::Implies(const Lane& run) {
   implied.Find(system_, run.x, run.u, run.mode, near, run.begin.gap);
   near_.push_back({run.mode, near, !implied.Empty()});
   return near_.back().implied;
-}
-
-bool LaneRuns::Drifts(int k) {
-  const Lane& run = lane(k);
-  const double least = kDrift * options_.absolute_tolerance;
-  const double rate = std::max(least, kSlowDrift * options_.speed_tolerance);
-  for (int i : run.mode) {
-    if (std::abs(run.begin.rate(i)) > rate) return true;
-    if (!(std::abs(run.begin.gap(i)) > least)) continue;
-    double far = 0;
-    for (int j = 0; j < d_; ++j) far = std::max(far, std::abs(At(arrays_.x, j, k)));
-    if (std::abs(run.begin.gap(i)) > std::max(least, kUnits * far)) return true;
-  }
-  return false;
-}
-
-bool LaneRuns::Penetrates(const Lane& run) const {
-  const double depth =
-      std::max(kDeep * options_.gap_tolerance, kUnresolved * options_.absolute_tolerance);
-  for (int i = 0; i < n_; ++i) {
-    if (run.begin.gap(i) < -depth && !run.mode.Contains(i)) return true;
-  }
-  return false;
 }
 
 bool LaneRuns::Propose(int k) {
@@ -277,6 +256,7 @@ bool LaneRuns::Settle(int k) {
   }
   if (!event.found) {
     run.event.growth = event.growth;
+    NoteForces(k);
     arrays_.accept[k] = 1;
     return true;
   }

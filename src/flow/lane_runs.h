@@ -60,7 +60,8 @@ class LaneRuns {
     int stiff_steps = 0, soft_steps = 0;
   };
   struct Lane : Counts {
-    explicit Lane(const MechanicalSystem& system) : start_error(system.space()) {}
+    explicit Lane(const MechanicalSystem& system)
+        : force_minima(system.num_constraints()), start_error(system.space()) {}
     bool busy = false;
     std::size_t run = 0;
     BatchRun result;
@@ -71,6 +72,7 @@ class LaneRuns {
     const ModeMaps* maps = nullptr;
     GapSample begin;
     GuardMargins margins;
+    ForceMinima force_minima;
     ErrorTally start_error;  // of the arc before, where this one begins
     Margins run_margins;
     std::optional<ZenoDetector> zeno;
@@ -108,6 +110,7 @@ class LaneRuns {
   bool IsClear(int k, bool free, double* growth);
   bool ForcesAreClear(int k, double* growth);
   double LargestForce(int k) const;
+  void NoteForces(int k);
   LocatedEvent Locate(int k, bool free);
   bool Implies(const Lane& lane);
   bool Drifts(int k);

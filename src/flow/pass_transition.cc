@@ -12,15 +12,9 @@
 #include "src/dynamics/implied_contacts.h"
 #include "src/dynamics/known_pads.h"
 #include "step_constants.h"
+#include "turned_gaps.h"
 
 namespace contact_flow {
-namespace {
-
-/// Rounding of a rate Da_i v, relative to its terms.
-constexpr double kNoSpeed = 1e-12;
-
-}  // namespace
-
 TransitionRules Flow::Rules() const {
   ErrorTally error = start_error_;  // of the present arc and the one before
   if (!new_arc_) error.Continue(t_ - arc_begin_, arc_error_);
@@ -141,6 +135,7 @@ bool Flow::PassTransition() {
   ++transitions_;
   mode_ = transition_.mode_after;
   x_ = transition_.x_plus;
+  force_minima_.Keep(guards_.OfForces(mode_, {}));
   TallyTransition();
   const std::optional<double> accumulation = Accumulation(resolved);
   if (!accumulation) return true;
@@ -197,11 +192,12 @@ void Flow::TallyTransition() {
   Eigen::Index row = 0;
   for (int i : transition_.activated) rows.row(row++) = terms_.jacobian.row(i);
   start_error_.AddImpact(rows, rows * v_minus, transition_.x_plus.tail(d) - v_minus);
-  const ConstraintSet open = ConstraintSet::All(system_.num_constraints()) - mode_;
-  for (int i : open - system_.compliant() - implied_.constraints()) {
+  const ConstraintSet open = ConstraintSet::All(system_.num_constraints()) - mode_ - closed -
+                             system_.compliant() - implied_.constraints();
+  guard_margins_.stopped = StoppedGaps(open, terms_, v_minus, x_.tail(d));
+  for (int i : open) {
     const double gap = terms_.gap(i);
     if (gap > options_.absolute_tolerance) continue;
-    if (transition_.activated.Contains(i) || transition_.mode_before.Contains(i)) continue;
     NoteUnresolvedReturn(i, gap, terms_.jacobian.row(i).dot(x_.tail(d)));
   }
 }

@@ -109,7 +109,7 @@ const StagePlaces& StagePlaces::OfRadau(int stages) {
   static const StagePlaces five =
       Implicit(5, {0.155, 0.94}, {0, 1, 2, 3, 4, 7}, {5, 6, 8, 9}, {0.355, 0.51});
   static const StagePlaces three =
-      Implicit(3, {0.065, 0.275, 0.53, 0.745}, {0, 1, 2, 3, 4, 5}, {6, 7, 8, 9}, {0.93, 0.455});
+      Implicit(3, {0.065, 0.275, 0.53, 0.745}, {0, 1, 3, 2, 4, 5}, {6, 7, 8, 9}, {0.93, 0.455});
   return stages == 5 ? five : three;
 }
 

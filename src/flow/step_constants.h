@@ -30,6 +30,8 @@ inline constexpr double kDeep = 100, kUnresolved = 10;
 inline constexpr double kTaylorPart = 1e-7, kTaylorReach = 1e-9;
 inline double EulerReach(double length) { return std::min(kTaylorReach, kTaylorPart * length); }
 inline constexpr int kMaxNewton = 40;  // steps towards an event: a double zero takes most
+/// Rounding of a rate Da_i v, relative to its terms.
+inline constexpr double kNoSpeed = 1e-12;
 /// A gap that falls by less than this part of a floor before it opens again stands still: a contact
 /// that was let go together with others has a speed of the order of rounding.
 inline constexpr double kStandsStill = 1e-3;
@@ -42,7 +44,7 @@ inline constexpr int kStiffSteps = 10, kOthers = 4;
 /// A force is excluded when its smallest stage value exceeds this many times its range over the
 /// stages: a sinusoid of any frequency up to 2000 periods a step falls at most 2.1 ranges below.
 inline constexpr double kForceReserve = 4;
-/// A margin is told by the smallest stage value where that exceeds this part of the range.
+/// A margin is told by values at nodes where the smallest one exceeds this part of their range.
 inline constexpr double kForceMargin = 0.5;
 /// The error of a force's interpolant that resolves it, as a part of its range over the stages.
 inline constexpr double kForceResolved = 0.05;

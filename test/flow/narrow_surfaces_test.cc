@@ -70,7 +70,9 @@ struct ThrownPoint {
     x(4) = thrown.rise;
     const Trajectory run = Simulate(*robot, x, Vector::Zero(0), thrown.duration, options);
     EXPECT_FALSE(run.transitions.empty()) << "passes through, at " << first;
-    if (!run.transitions.empty()) EXPECT_NEAR(first, run.transitions[0].t, 1e-6);
+    if (!run.transitions.empty()) {
+      EXPECT_NEAR(first, run.transitions[0].t, 1e-6);
+    }
     return true;
   }
 };

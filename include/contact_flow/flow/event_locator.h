@@ -7,6 +7,7 @@
 #include "contact_flow/contact_mode.h"
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/dynamics/guards.h"
+#include "contact_flow/flow/force_minima.h"
 #include "contact_flow/flow/guard_search.h"
 #include "contact_flow/flow/simulate.h"
 #include "contact_flow/flow/stepper.h"
@@ -28,6 +29,8 @@ struct GuardMargins {
   /// The gaps that have touched as the arc begins, or begin within their floor, until they are ten
   /// floors above it.
   ConstraintSet low;
+  /// Gaps that fell until the impact that the arc begins with, and do not behind it.
+  ConstraintSet stopped;
 };
 
 /// Finds the earliest zero of all Guards in one step of the integrator: a_i for i ∉ J, λ_i for i ∈
@@ -111,6 +114,9 @@ class EventLocator {
   /// long for a guard.
   LocatedEvent Locate(Stepper* stepper, const ContactMode& mode, const GapSample& begin,
                       const GapSample& end, bool free);
+
+  /// Adds the forces of the step that was made last, where all are known.
+  void PassForces(ForceMinima* minima) const;
 
   /// A guard of forces at the beginning of the step, or a lower bound of it.
   double ForceAtBegin(int guard) const { return forces_(guard, 0); }

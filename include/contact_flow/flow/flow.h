@@ -151,6 +151,8 @@ class Flow {
   bool WouldStick(int i);
   ConstraintSet SlidingInSpace() const;
   void TallyStep();
+  void NoteForces();
+  void NoteCutStep(double error);
   void NoteHeldDown();
   bool CrowdsAgain() const;
   void CountCrowd(const Transition& next);
@@ -207,6 +209,7 @@ class Flow {
   double held_reach_ = 1;    // of what dependent rows may drift to
   Vector loop_size_;         // the longest that each bilateral row has been [l]
   GuardMargins guard_margins_;
+  ForceMinima force_minima_{guards_.size()};
   QuickGuard quick_;
   Status status_;
 

@@ -19,7 +19,7 @@ struct StagePlaces {
   int later;      ///< … and those looked at when asked, behind them
   bool extended;  ///< whether probes are looked at on the step's extension, which costs nothing
   std::array<double, kMost> at;  ///< of all, stages + later + kProbes of them
-  /// A quintic goes through the nodes, and is compared with the checks and the probes.
+  /// A quintic goes through the nodes, in the order of θ; checks and probes are held against it.
   std::array<int, kNodes> nodes;
   std::array<int, kChecks> checks;
   double reach;  ///< the error of a smooth guard, in misses at the checks

@@ -13,6 +13,7 @@ import generate
 import laws
 import linkages
 import machines
+import margins
 import methods
 import online
 import parameters
@@ -26,7 +27,7 @@ from trial import Trial, Verdict, begin
 
 JUDGES: Dict[str, Callable[[Trial], None]] = {
     module.__name__: module.judge for module in (laws, directions, parameters, pieces, starts, schedules, returns, symmetries, costs,
-                                               methods, online, beside, units)}
+                                               methods, online, beside, units, margins)}
 DRAW = {"trees": generate.draw, "machines": machines.draw, "linkages": linkages.draw}
 
 

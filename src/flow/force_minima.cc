@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: BSD-3-Clause
+#include "contact_flow/flow/force_minima.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "step_constants.h"
+
+namespace contact_flow {
+namespace {
+
+/// The lowest value of the parabola through the nodes k − 1, k, k + 1, the middle one the lowest;
+/// the middle value where a force that varies as much is searched.
+double Lowest(const StagePlaces& places, const ForceMinima::Values& values, int k) {
+  const double highest = *std::max_element(values.begin(), values.end());
+  if (values[k] <= kForceMargin * (highest - values[k])) return values[k];
+  const auto at = [&](int node) { return places.at[places.nodes[node]]; };
+  const double left = at(k) - at(k - 1), right = at(k + 1) - at(k);
+  const double fall = (values[k] - values[k - 1]) / left;
+  const double rise = (values[k + 1] - values[k]) / right;
+  const double bend = (rise - fall) / (left + right);
+  const double slope = (fall * right + rise * left) / (left + right);
+  return bend > 0 ? values[k] - slope * slope / (4 * bend) : values[k];
+}
+
+}  // namespace
+
+void ForceMinima::Pass(int g, const StagePlaces& places, const Values& values, double noise) {
+  constexpr int kLast = StagePlaces::kNodes - 1;
+  if (!followed_.Contains(g)) {
+    followed_.Insert(g);
+    falling_.Erase(g);
+    extreme_(g) = values[0];
+  }
+  double extreme = extreme_(g);
+  noise = std::max(noise, kForceNoise * std::abs(extreme));
+  bool falling = falling_.Contains(g);
+  int lowest_node = 0;
+  for (int k = 0; k <= kLast; ++k) {
+    const double value = values[k];
+    if (falling ? value < extreme : value > extreme) {
+      extreme = value;
+      lowest_node = k;
+    } else if (falling && value > extreme + noise) {
+      if (lowest_node > 0) extreme = Lowest(places, values, lowest_node);
+      lowest_ = std::min(lowest_, extreme);
+      falling = false;
+      extreme = value;
+    } else if (!falling && value < extreme - noise) {
+      falling = true;
+      extreme = value;
+      lowest_node = k;
+    }
+  }
+  extreme_(g) = extreme;
+  if (falling) {
+    falling_.Insert(g);
+  } else {
+    falling_.Erase(g);
+  }
+}
+
+}  // namespace contact_flow
