@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The loader on damaged robots, under AddressSanitizer and UndefinedBehaviorSanitizer, for
-// CONTACT_FLOW_FUZZ_SECONDS (60). CONTACT_FLOW_FUZZ_SEED (1) chooses the inputs; what fails or
+// CONTACT_FLOW_FUZZ_SECONDS (20). CONTACT_FLOW_FUZZ_SEED (1) chooses the inputs; what fails or
 // hangs is left in fuzz_finding.txt of the working directory and is tried again by
 // CONTACT_FLOW_FUZZ_INPUT=fuzz_finding.txt.
 #include <gtest/gtest.h>
@@ -86,7 +86,7 @@ TEST_F(Fuzz, DamagedRobotsAreReadOrRefused) {
     std::printf("%s: %s\n", path, Try(text.str()) ? "accepted" : "refused");
     return;
   }
-  const long seconds = Number("CONTACT_FLOW_FUZZ_SECONDS", 60),
+  const long seconds = Number("CONTACT_FLOW_FUZZ_SECONDS", 20),
              seed = Number("CONTACT_FLOW_FUZZ_SEED", 1);
   std::vector<std::string> corpus;
   for (const std::string& text : Seeds()) {

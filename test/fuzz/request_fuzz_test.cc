@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Hostile requests of every service, action and command, answered in this process, for
-// CONTACT_FLOW_FUZZ_SECONDS (60) or, if given, CONTACT_FLOW_FUZZ_COUNT requests, from
+// CONTACT_FLOW_FUZZ_SECONDS (20) or, if given, CONTACT_FLOW_FUZZ_COUNT requests, from
 // CONTACT_FLOW_FUZZ_SEED (1) on. Each request has a seed of its own, which a finding names:
 // CONTACT_FLOW_FUZZ_SEED=… CONTACT_FLOW_FUZZ_COUNT=1 tries that one alone on a new target, and
 // shows all of it.
@@ -143,7 +143,7 @@ TEST(RequestFuzz, FormerFindingsAreAnsweredOrRefused) {
 }
 
 TEST(RequestFuzz, HostileRequestsAreAnsweredOrRefused) {
-  const long seconds = Number("CONTACT_FLOW_FUZZ_SECONDS", 60),
+  const long seconds = Number("CONTACT_FLOW_FUZZ_SECONDS", 20),
              most = Number("CONTACT_FLOW_FUZZ_COUNT", -1);
   seed = static_cast<unsigned long>(Number("CONTACT_FLOW_FUZZ_SEED", 1));
   asked.at_length = most == 1;
