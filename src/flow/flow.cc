@@ -121,7 +121,7 @@ void Flow::BeginArc() {
   stepper_->Begin(x_);
   SampleGaps(system_, x_, dynamics_.acceleration(), &terms_, &gaps_begin_);
   guard_margins_.low = LowAtBegin();
-  NoteTurned(gaps_begin_, options_.speed_tolerance, &guard_margins_);
+  NoteTurned(gaps_begin_, options_.speed_tolerance, &stopped_, &guard_margins_.gap);
   FindImplied();
   thrown_ = ThrownDown();
   drifts_ = Drifts(x_, gaps_begin_);

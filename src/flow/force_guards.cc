@@ -56,8 +56,6 @@ void EventLocator::EndStep() {
 /// Of forces that are shared a lower bound is known: it tells where it hardly changes.
 void EventLocator::PassForces(ForceMinima* minima) const {
   if (calls_ != places_->stages) return;
-  double largest = 0;
-  for (int g : pushes_) largest = std::max(largest, std::abs(forces_(g, places_->end)));
   for (int g : pushes_) {
     ForceMinima::Values values;
     for (std::size_t k = 0; k < values.size(); ++k) values[k] = forces_(g, places_->nodes[k]);
@@ -65,7 +63,7 @@ void EventLocator::PassForces(ForceMinima* minima) const {
       const auto [lowest, highest] = std::minmax_element(values.begin(), values.end());
       if (!(*lowest > kForceReserve * (*highest - *lowest))) continue;
     }
-    minima->Pass(g, *places_, values, relative_tolerance_ * largest);
+    minima->Pass(g, *places_, values, relative_tolerance_);
   }
 }
 

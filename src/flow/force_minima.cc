@@ -25,16 +25,14 @@ double Lowest(const StagePlaces& places, const ForceMinima::Values& values, int 
 
 }  // namespace
 
-void ForceMinima::Pass(int g, const StagePlaces& places, const Values& values, double noise) {
+void ForceMinima::Pass(int g, const StagePlaces& places, const Values& values,
+                       double relative_noise) {
   constexpr int kLast = StagePlaces::kNodes - 1;
-  if (!followed_.Contains(g)) {
-    followed_.Insert(g);
-    falling_.Erase(g);
-    extreme_(g) = values[0];
-  }
-  double extreme = extreme_(g);
-  noise = std::max(noise, kForceNoise * std::abs(extreme));
-  bool falling = falling_.Contains(g);
+  Way& way = ways_[static_cast<std::size_t>(g)];
+  double extreme = way == Way::kNone ? values[0] : extreme_(g);
+  largest_ = std::max(largest_, std::abs(values[0]));
+  const double noise = std::max(relative_noise * largest_, kForceNoise * std::abs(extreme));
+  bool falling = way == Way::kFalls;
   int lowest_node = 0;
   for (int k = 0; k <= kLast; ++k) {
     const double value = values[k];
@@ -53,11 +51,7 @@ void ForceMinima::Pass(int g, const StagePlaces& places, const Values& values, d
     }
   }
   extreme_(g) = extreme;
-  if (falling) {
-    falling_.Insert(g);
-  } else {
-    falling_.Erase(g);
-  }
+  way = falling ? Way::kFalls : Way::kRises;
 }
 
 }  // namespace contact_flow

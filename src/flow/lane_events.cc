@@ -158,7 +158,7 @@ bool LaneRuns::TallyTransition(int k, const Transition& transition) {
     if (std::abs(gap) > floor && !(gap > kTouchReach * floor)) return false;
   }
   if (transition.activated.Empty()) return true;
-  run.margins.stopped = StoppedGaps(open, terms_, v_minus, run.x.tail(d_));
+  run.stopped = StoppedGaps(open, terms_, v_minus, run.x.tail(d_));
   Matrix rows(transition.activated.Size(), d_);
   Eigen::Index row = 0;
   for (int i : transition.activated) rows.row(row++) = terms_.jacobian.row(i);

@@ -91,14 +91,12 @@ bool LaneRuns::ForcesAreClear(int k, double* growth) {
 void LaneRuns::NoteForces(int k) {
   Lane& run = lane(k);
   const StagePlaces& places = StagePlaces::OfDop853();
-  double largest = 0;
-  for (int i : run.mode) largest = std::max(largest, std::abs(Force(places.end, i, k)));
   for (int i : run.mode) {
     ForceMinima::Values values;
     for (std::size_t node = 0; node < values.size(); ++node) {
       values[node] = Force(places.nodes[node], i, k);
     }
-    run.force_minima.Pass(i, places, values, options_.relative_tolerance * largest);
+    run.force_minima.Pass(i, places, values, options_.relative_tolerance);
   }
   run.next_margins.force = std::min(run.next_margins.force, run.force_minima.lowest());
 }

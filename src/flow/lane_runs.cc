@@ -137,6 +137,7 @@ bool LaneRuns::Start(int k) {
   run.result.first_mode = run.mode;
   run.margins = GuardMargins();
   run.force_minima = ForceMinima(n_);
+  run.stopped = ConstraintSet();
   run.run_margins = Margins();
   run.start_error.Reset();
   run.zeno.emplace(n_, options_.zeno_interval);
@@ -164,7 +165,7 @@ bool LaneRuns::BeginArc(int k) {
   force_ = dynamics_.force().head(n_);
   SampleGaps(system_, run.x, dynamics_.acceleration(), &terms_, &run.begin);
   run.margins.low = locator_.Low(run.begin);
-  NoteTurned(run.begin, options_.speed_tolerance, &run.margins);
+  NoteTurned(run.begin, options_.speed_tolerance, &run.stopped, &run.margins.gap);
   Write(run.x.data(), 2 * d_, arrays_.x, k);
   if (MayBeThrownDown(run.begin, run.mode, options_) || Implies(run) || Drifts(k)) return false;
   run.h = kFirstStep * starter_.GuessStep(options_.relative_tolerance, options_.absolute_tolerance);

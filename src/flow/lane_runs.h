@@ -73,6 +73,7 @@ class LaneRuns {
     GapSample begin;
     GuardMargins margins;
     ForceMinima force_minima;
+    ConstraintSet stopped;
     ErrorTally start_error;  // of the arc before, where this one begins
     Margins run_margins;
     std::optional<ZenoDetector> zeno;

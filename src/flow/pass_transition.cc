@@ -194,7 +194,7 @@ void Flow::TallyTransition() {
   start_error_.AddImpact(rows, rows * v_minus, transition_.x_plus.tail(d) - v_minus);
   const ConstraintSet open = ConstraintSet::All(system_.num_constraints()) - mode_ - closed -
                              system_.compliant() - implied_.constraints();
-  guard_margins_.stopped = StoppedGaps(open, terms_, v_minus, x_.tail(d));
+  stopped_ = StoppedGaps(open, terms_, v_minus, x_.tail(d));
   for (int i : open) {
     const double gap = terms_.gap(i);
     if (gap > options_.absolute_tolerance) continue;

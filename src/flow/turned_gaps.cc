@@ -19,13 +19,13 @@ ConstraintSet StoppedGaps(const ConstraintSet& open, const ConstraintTerms& term
   return stopped;
 }
 
-void NoteTurned(const GapSample& begin, double still, GuardMargins* margins) {
-  for (int i : margins->stopped) {
+void NoteTurned(const GapSample& begin, double still, ConstraintSet* stopped, double* margin) {
+  for (int i : *stopped) {
     const bool stands = std::abs(begin.rate(i)) <= still;
     if (!((stands ? begin.acceleration(i) : begin.rate(i)) > 0)) continue;
-    margins->gap = std::min(margins->gap, std::max(begin.gap(i), 0.0));
+    *margin = std::min(*margin, std::max(begin.gap(i), 0.0));
   }
-  margins->stopped = ConstraintSet();
+  *stopped = ConstraintSet();
 }
 
 }  // namespace contact_flow

@@ -13,8 +13,8 @@ namespace contact_flow {
 ConstraintSet StoppedGaps(const ConstraintSet& open, const ConstraintTerms& terms,
                           const VectorRef& v_minus, const VectorRef& v_plus);
 
-/// Those of margins->stopped that open where the arc behind begins: by their rates, or by their
-/// accelerations where these are within `still` of zero [m/s].
-void NoteTurned(const GapSample& begin, double still, GuardMargins* margins);
+/// Lowers `margin` to those of `stopped` that open where the arc behind begins: by their rates, or
+/// by their accelerations where these are within `still` of zero [m/s]. Then none is.
+void NoteTurned(const GapSample& begin, double still, ConstraintSet* stopped, double* margin);
 
 }  // namespace contact_flow

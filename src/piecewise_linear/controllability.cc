@@ -201,10 +201,14 @@ std::vector<Matrix> Restrictions(const PiecewiseLinearMap& map, const Matrix& re
 
 std::string Describe(const ControllabilityReport& report) {
   std::ostringstream message;
-  message << (report.verdict == ControllabilityVerdict::kControllable      ? "controllable: "
-              : report.verdict == ControllabilityVerdict::kNotControllable ? "not controllable: "
-                                                                           : "undetermined: ");
-  message << report.pieces << " pieces, "
+  message << (report.verdict == ControllabilityVerdict::kControllable      ? "controllable"
+              : report.verdict == ControllabilityVerdict::kNotControllable ? "not controllable"
+                                                                           : "undetermined");
+  const Eigen::Index all = report.reachable.rows(), reached = report.reachable.cols();
+  if (reached < all) {
+    message << " in the " << reached << " of " << all << " dimensions that inputs reach";
+  }
+  message << ": " << report.pieces << " pieces, "
           << (report.coherently_oriented ? "coherently oriented" : "not coherently oriented")
           << ", degree " << report.degree << ", "
           << (report.homeomorphism ? "a homeomorphism" : "no homeomorphism");

@@ -281,6 +281,8 @@ TEST(Controllability, LostDimensionsAreSetAside) {
   ASSERT_EQ(2, report.reachable.cols());
   EXPECT_LE((plane - report.reachable * (report.reachable.transpose() * plane)).norm(), 1e-12);
   EXPECT_TRUE(report.homeomorphism) << report.message;
+  EXPECT_EQ(0u, report.message.find("controllable in the 2 of 4 dimensions that inputs reach: "))
+      << report.message;
 }
 
 }  // namespace

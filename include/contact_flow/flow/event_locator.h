@@ -29,8 +29,6 @@ struct GuardMargins {
   /// The gaps that have touched as the arc begins, or begin within their floor, until they are ten
   /// floors above it.
   ConstraintSet low;
-  /// Gaps that fell until the impact that the arc begins with, and do not behind it.
-  ConstraintSet stopped;
 };
 
 /// Finds the earliest zero of all Guards in one step of the integrator: a_i for i ∉ J, λ_i for i ∈

@@ -210,6 +210,7 @@ class Flow {
   Vector loop_size_;         // the longest that each bilateral row has been [l]
   GuardMargins guard_margins_;
   ForceMinima force_minima_{guards_.size()};
+  ConstraintSet stopped_;  // gaps that fell until the last impact, and do not behind it
   QuickGuard quick_;
   Status status_;
 

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <limits>
+#include <vector>
 
 #include "contact_flow/constraint_set.h"
 #include "contact_flow/flow/stage_places.h"
@@ -19,19 +20,27 @@ class ForceMinima {
   /// What a force jumps by where another one is let go that is zero only nearly.
   static constexpr double kForceNoise = 1e-6;
 
-  explicit ForceMinima(int guards) : extreme_(guards) {}
+  explicit ForceMinima(int guards)
+      : ways_(static_cast<std::size_t>(guards), Way::kNone), extreme_(guards) {}
 
-  /// A step of these places, in which guard g has these values at the nodes. Changes below `noise`
-  /// or below kForceNoise of it are none.
-  void Pass(int g, const StagePlaces& places, const Values& values, double noise);
+  /// A step of these places, in which guard g has these values at the nodes. Changes below
+  /// kForceNoise of it are none, nor are those below `relative_noise` of the largest guard so far.
+  void Pass(int g, const StagePlaces& places, const Values& values, double relative_noise);
   /// Behind a transition: guards that are not in this set are no longer followed.
-  void Keep(const ConstraintSet& guards) { followed_ = followed_ & guards; }
+  void Keep(const ConstraintSet& guards) {
+    for (std::size_t g = 0; g < ways_.size(); ++g) {
+      if (!guards.Contains(static_cast<int>(g))) ways_[g] = Way::kNone;
+    }
+  }
 
   double lowest() const { return lowest_; }
 
  private:
-  ConstraintSet followed_, falling_;
-  Vector extreme_;  // the lowest since a guard falls, or the highest since it rises [guards]
+  enum class Way : unsigned char { kNone, kRises, kFalls };
+
+  std::vector<Way> ways_;  // of a guard that is followed [guards]
+  Vector extreme_;         // the lowest since a guard falls, or the highest since it rises [guards]
+  double largest_ = 0;     // that a guard of any step began with
   double lowest_ = std::numeric_limits<double>::infinity();
 };
 
