@@ -17,6 +17,11 @@ struct UnitMasses {
   static constexpr bool kConstantMass = true, kAffineConstraints = true;
   static constexpr const char* kSummary = "a test system";
   static constexpr std::array<const char*, 0> kInputNames = {};
+  template <class P>
+  struct Parameters {
+    template <class V>
+    void Visit(V&&) {}
+  };
   template <class P, class S>
   static void MassMatrix(const P&, const Eigen::Matrix<S, D, 1>&, Eigen::Matrix<S, D, D>* M) {
     for (int i = 0; i < D; ++i) {
@@ -96,11 +101,6 @@ struct Escape : UnitMasses<1, 1> {
   static constexpr std::array<const char*, 1> kCoordinates = {"x"};
   static constexpr std::array<const char*, 1> kUnits = {"m"};
   static constexpr std::array<const char*, 1> kConstraintNames = {"wall"};
-  template <class P>
-  struct Parameters {
-    template <class V>
-    void Visit(V&&) {}
-  };
   template <class P, class S>
   static void Force(const Parameters<P>&, const Eigen::Matrix<S, 1, 1>&,
                     const Eigen::Matrix<S, 1, 1>& v, const Eigen::Matrix<S, 0, 1>&,

@@ -13,7 +13,6 @@
 #include "contact_flow/flow/transition.h"
 #include "src/clocks.h"
 #include "step_constants.h"
-#include "turned_gaps.h"
 
 namespace contact_flow {
 namespace {
@@ -121,7 +120,7 @@ void Flow::BeginArc() {
   stepper_->Begin(x_);
   SampleGaps(system_, x_, dynamics_.acceleration(), &terms_, &gaps_begin_);
   guard_margins_.low = LowAtBegin();
-  NoteTurned(gaps_begin_, options_.speed_tolerance, &stopped_, &guard_margins_.gap);
+  FollowStopped();
   FindImplied();
   thrown_ = ThrownDown();
   drifts_ = Drifts(x_, gaps_begin_);
@@ -289,6 +288,7 @@ bool Flow::Accept() {
   regular_slip_ = regular_end_;
   margins_.painleve = std::min(margins_.painleve, regular_slip_);
   std::swap(gaps_begin_, gaps_end_);
+  FollowStopped();
   drifts_ = Drifts(x_, gaps_begin_);
   if (options_.method != IntegrationMethod::kImplicit) ConsiderMethod();
   return false;
@@ -339,7 +339,7 @@ bool Flow::ChangeInput(const VectorRef& u) {
   new_arc_ = true;
   ++transitions_;
   mode_ = transition_.mode_after;
-  force_minima_.Keep(guards_.OfForces(mode_, {}));
+  force_minima_.BeginArc(guards_.OfForces(mode_, {}));
   return true;
 }
 

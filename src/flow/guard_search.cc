@@ -254,7 +254,10 @@ void GuardSearch::SearchHalf(int i, const Node& begin, const Node& end, double l
     left = stops[part];
     value_left = values[part];
   }
-  if (dip) *margin_ = std::min(*margin_, std::max(value_turn, 0.0));
+  const double depth = std::max(begin.value, end.value) - value_turn;
+  if (dip && depth > kGuardRounding * std::abs(value_turn)) {
+    *margin_ = std::min(*margin_, std::max(value_turn, 0.0));
+  }
 }
 
 }  // namespace contact_flow

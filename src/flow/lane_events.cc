@@ -6,7 +6,6 @@
 
 #include "lane_runs.h"
 #include "step_constants.h"
-#include "turned_gaps.h"
 
 namespace contact_flow {
 
@@ -128,7 +127,7 @@ bool LaneRuns::PassTransition(int k) {
   for (const Warning& warning : resolved.warnings) Warn(&run, warning);
   run.last_transition = run.t;
   run.mode = transition.mode_after;
-  run.force_minima.Keep(run.mode);
+  run.force_minima->BeginArc(run.mode);
   run.x = transition.x_plus;
   if (!transition.grazed.Empty()) return false;
   if (!TallyTransition(k, transition) || Accumulates(k, resolved)) return false;
@@ -158,7 +157,7 @@ bool LaneRuns::TallyTransition(int k, const Transition& transition) {
     if (std::abs(gap) > floor && !(gap > kTouchReach * floor)) return false;
   }
   if (transition.activated.Empty()) return true;
-  run.stopped = StoppedGaps(open, terms_, v_minus, run.x.tail(d_));
+  run.stopped->Impact(open, terms_, v_minus, run.x.tail(d_));
   Matrix rows(transition.activated.Size(), d_);
   Eigen::Index row = 0;
   for (int i : transition.activated) rows.row(row++) = terms_.jacobian.row(i);

@@ -96,9 +96,9 @@ void LaneRuns::NoteForces(int k) {
     for (std::size_t node = 0; node < values.size(); ++node) {
       values[node] = Force(places.nodes[node], i, k);
     }
-    run.force_minima.Pass(i, places, values, options_.relative_tolerance);
+    run.force_minima->Pass(i, places, values, options_.relative_tolerance);
   }
-  run.next_margins.force = std::min(run.next_margins.force, run.force_minima.lowest());
+  run.next_margins.force = std::min(run.next_margins.force, run.force_minima->lowest());
 }
 
 /// max λ_i √G_ii over members and stages, what forces are rounded to.

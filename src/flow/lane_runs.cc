@@ -10,7 +10,6 @@
 #include "src/clocks.h"
 #include "step_constants.h"
 #include "thrown_down.h"
-#include "turned_gaps.h"
 
 namespace contact_flow {
 namespace {
@@ -136,8 +135,8 @@ bool LaneRuns::Start(int k) {
   run.result = BatchRun();
   run.result.first_mode = run.mode;
   run.margins = GuardMargins();
-  run.force_minima = ForceMinima(n_);
-  run.stopped = ConstraintSet();
+  run.force_minima.emplace(n_);
+  run.stopped.emplace(options_);
   run.run_margins = Margins();
   run.start_error.Reset();
   run.zeno.emplace(n_, options_.zeno_interval);
@@ -165,7 +164,7 @@ bool LaneRuns::BeginArc(int k) {
   force_ = dynamics_.force().head(n_);
   SampleGaps(system_, run.x, dynamics_.acceleration(), &terms_, &run.begin);
   run.margins.low = locator_.Low(run.begin);
-  NoteTurned(run.begin, options_.speed_tolerance, &run.stopped, &run.margins.gap);
+  run.stopped->Follow(run.begin, &run.margins.gap);
   Write(run.x.data(), 2 * d_, arrays_.x, k);
   if (MayBeThrownDown(run.begin, run.mode, options_) || Implies(run) || Drifts(k)) return false;
   run.h = kFirstStep * starter_.GuessStep(options_.relative_tolerance, options_.absolute_tolerance);
@@ -289,6 +288,7 @@ bool LaneRuns::Accept(int k) {
   run.quick_end = run.next_quick_end;
   run.quick_step = run.next_quick_step;
   LoadGaps(k, &run.begin);
+  run.stopped->Follow(run.begin, &run.margins.gap);
   if (Drifts(k) || IsStiff(k)) return false;
   if (run.t < request_.duration) return Propose(k);
   for (int i = 0; i < 2 * d_; ++i) run.x(i) = At(arrays_.x, i, k);

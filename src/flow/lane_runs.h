@@ -14,6 +14,7 @@
 #include "contact_flow/flow/event_locator.h"
 #include "contact_flow/flow/implied_gaps.h"
 #include "contact_flow/flow/simulate_batch.h"
+#include "contact_flow/flow/stopped_gaps.h"
 #include "contact_flow/flow/transition.h"
 #include "contact_flow/flow/zeno_detector.h"
 #include "lane_set.h"
@@ -60,8 +61,7 @@ class LaneRuns {
     int stiff_steps = 0, soft_steps = 0;
   };
   struct Lane : Counts {
-    explicit Lane(const MechanicalSystem& system)
-        : force_minima(system.num_constraints()), start_error(system.space()) {}
+    explicit Lane(const MechanicalSystem& system) : start_error(system.space()) {}
     bool busy = false;
     std::size_t run = 0;
     BatchRun result;
@@ -72,8 +72,8 @@ class LaneRuns {
     const ModeMaps* maps = nullptr;
     GapSample begin;
     GuardMargins margins;
-    ForceMinima force_minima;
-    ConstraintSet stopped;
+    std::optional<ForceMinima> force_minima;
+    std::optional<StoppedGaps> stopped;
     ErrorTally start_error;  // of the arc before, where this one begins
     Margins run_margins;
     std::optional<ZenoDetector> zeno;

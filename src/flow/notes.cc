@@ -26,6 +26,8 @@ void Flow::NoteCutStep(double error) {
   NoteForces();
 }
 
+void Flow::FollowStopped() { stopped_gaps_.Follow(gaps_begin_, &guard_margins_.gap); }
+
 Margins Flow::margins() const {
   Margins margins = margins_;
   margins.gap = guard_margins_.gap;

@@ -12,9 +12,15 @@
 #include "src/dynamics/implied_contacts.h"
 #include "src/dynamics/known_pads.h"
 #include "step_constants.h"
-#include "turned_gaps.h"
 
 namespace contact_flow {
+namespace {
+
+/// Rounding of a rate Da_i v, relative to its terms.
+constexpr double kNoSpeed = 1e-12;
+
+}  // namespace
+
 TransitionRules Flow::Rules() const {
   ErrorTally error = start_error_;  // of the present arc and the one before
   if (!new_arc_) error.Continue(t_ - arc_begin_, arc_error_);
@@ -135,7 +141,7 @@ bool Flow::PassTransition() {
   ++transitions_;
   mode_ = transition_.mode_after;
   x_ = transition_.x_plus;
-  force_minima_.Keep(guards_.OfForces(mode_, {}));
+  force_minima_.BeginArc(guards_.OfForces(mode_, {}));
   TallyTransition();
   const std::optional<double> accumulation = Accumulation(resolved);
   if (!accumulation) return true;
@@ -194,7 +200,7 @@ void Flow::TallyTransition() {
   start_error_.AddImpact(rows, rows * v_minus, transition_.x_plus.tail(d) - v_minus);
   const ConstraintSet open = ConstraintSet::All(system_.num_constraints()) - mode_ - closed -
                              system_.compliant() - implied_.constraints();
-  stopped_ = StoppedGaps(open, terms_, v_minus, x_.tail(d));
+  stopped_gaps_.Impact(open, terms_, v_minus, x_.tail(d));
   for (int i : open) {
     const double gap = terms_.gap(i);
     if (gap > options_.absolute_tolerance) continue;

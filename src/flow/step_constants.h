@@ -30,8 +30,6 @@ inline constexpr double kDeep = 100, kUnresolved = 10;
 inline constexpr double kTaylorPart = 1e-7, kTaylorReach = 1e-9;
 inline double EulerReach(double length) { return std::min(kTaylorReach, kTaylorPart * length); }
 inline constexpr int kMaxNewton = 40;  // steps towards an event: a double zero takes most
-/// Rounding of a rate Da_i v, relative to its terms.
-inline constexpr double kNoSpeed = 1e-12;
 /// A gap that falls by less than this part of a floor before it opens again stands still: a contact
 /// that was let go together with others has a speed of the order of rounding.
 inline constexpr double kStandsStill = 1e-3;

@@ -101,11 +101,6 @@ struct TwoOscillators : test::UnitMasses<2, 2> {
   static constexpr std::array<const char*, 2> kCoordinates = {"y1", "y2"};
   static constexpr std::array<const char*, 2> kUnits = {"m", "m"};
   static constexpr std::array<const char*, 2> kConstraintNames = {"floor1", "floor2"};
-  template <class P>
-  struct Parameters {
-    template <class V>
-    void Visit(V&&) {}
-  };
   template <class P, class S>
   static void Force(const Parameters<P>&, const Eigen::Matrix<S, 2, 1>& q,
                     const Eigen::Matrix<S, 2, 1>&, const Eigen::Matrix<S, 0, 1>&,

@@ -191,11 +191,6 @@ struct ThreeHits : test::UnitMasses<3, 3> {
   static constexpr std::array<const char*, 3> kCoordinates = {"q0", "q1", "q2"};
   static constexpr std::array<const char*, 3> kUnits = {"m", "m", "m"};
   static constexpr std::array<const char*, 3> kConstraintNames = {"w0", "w1", "w2"};
-  template <class P>
-  struct Parameters {
-    template <class V>
-    void Visit(V&&) {}
-  };
   template <class P, class S>
   static void Force(const P&, const Eigen::Matrix<S, 3, 1>&, const Eigen::Matrix<S, 3, 1>& v,
                     const Eigen::Matrix<S, 0, 1>&, Eigen::Matrix<S, 3, 1>* f) {

@@ -18,11 +18,6 @@ struct TwoBalls : test::UnitMasses<3, 2> {
   static constexpr std::array<const char*, 3> kCoordinates = {"thrown", "falls", "x"};
   static constexpr std::array<const char*, 3> kUnits = {"m", "m", "m"};
   static constexpr std::array<const char*, 2> kConstraintNames = {"lid", "floor"};
-  template <class P>
-  struct Parameters {
-    template <class V>
-    void Visit(V&&) {}
-  };
   template <class P, class S>
   static void Force(const Parameters<P>&, const Eigen::Matrix<S, 3, 1>&,
                     const Eigen::Matrix<S, 3, 1>&, const Eigen::Matrix<S, 0, 1>&,
@@ -85,11 +80,6 @@ struct BeadAndBalls : test::UnitMasses<5, 5> {
   static constexpr std::array<const char*, 5> kUnits = {"m", "m", "m", "m", "m"};
   static constexpr std::array<const char*, 5> kConstraintNames = {"wave", "twin", "first", "second",
                                                                   "third"};
-  template <class P>
-  struct Parameters {
-    template <class V>
-    void Visit(V&&) {}
-  };
   template <class P, class S>
   static void Force(const Parameters<P>&, const Eigen::Matrix<S, 5, 1>&,
                     const Eigen::Matrix<S, 5, 1>&, const Eigen::Matrix<S, 0, 1>&,

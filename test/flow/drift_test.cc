@@ -18,11 +18,6 @@ struct Bowl : test::UnitMasses<2, 1> {
   static constexpr std::array<const char*, 2> kCoordinates = {"x", "y"};
   static constexpr std::array<const char*, 2> kUnits = {"m", "m"};
   static constexpr std::array<const char*, 1> kConstraintNames = {"bowl"};
-  template <class P>
-  struct Parameters {
-    template <class V>
-    void Visit(V&&) {}
-  };
   template <class P, class S>
   static void Force(const Parameters<P>&, const Eigen::Matrix<S, 2, 1>&,
                     const Eigen::Matrix<S, 2, 1>&, const Eigen::Matrix<S, 0, 1>&,

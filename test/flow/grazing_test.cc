@@ -72,11 +72,6 @@ struct SetDown : test::UnitMasses<2, 1> {
   static constexpr std::array<const char*, 2> kCoordinates = {"y", "clock"};
   static constexpr std::array<const char*, 2> kUnits = {"m", "s"};
   static constexpr std::array<const char*, 1> kConstraintNames = {"floor"};
-  template <class P>
-  struct Parameters {
-    template <class V>
-    void Visit(V&&) {}
-  };
   template <class P, class S>
   static void Force(const Parameters<P>&, const Eigen::Matrix<S, 2, 1>& q,
                     const Eigen::Matrix<S, 2, 1>&, const Eigen::Matrix<S, 0, 1>&,

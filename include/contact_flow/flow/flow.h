@@ -16,6 +16,7 @@
 #include "contact_flow/flow/implied_gaps.h"
 #include "contact_flow/flow/radau.h"
 #include "contact_flow/flow/simulate.h"
+#include "contact_flow/flow/stopped_gaps.h"
 #include "contact_flow/flow/trajectory.h"
 #include "contact_flow/flow/transition.h"
 #include "contact_flow/flow/zeno_detector.h"
@@ -153,6 +154,7 @@ class Flow {
   void TallyStep();
   void NoteForces();
   void NoteCutStep(double error);
+  void FollowStopped();
   void NoteHeldDown();
   bool CrowdsAgain() const;
   void CountCrowd(const Transition& next);
@@ -210,7 +212,7 @@ class Flow {
   Vector loop_size_;         // the longest that each bilateral row has been [l]
   GuardMargins guard_margins_;
   ForceMinima force_minima_{guards_.size()};
-  ConstraintSet stopped_;  // gaps that fell until the last impact, and do not behind it
+  StoppedGaps stopped_gaps_{options_};
   QuickGuard quick_;
   Status status_;
 

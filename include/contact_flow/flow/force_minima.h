@@ -20,27 +20,31 @@ class ForceMinima {
   /// What a force jumps by where another one is let go that is zero only nearly.
   static constexpr double kForceNoise = 1e-6;
 
-  explicit ForceMinima(int guards)
-      : ways_(static_cast<std::size_t>(guards), Way::kNone), extreme_(guards) {}
+  explicit ForceMinima(int guards) : guards_(static_cast<std::size_t>(guards)) {}
 
   /// A step of these places, in which guard g has these values at the nodes. Changes below
   /// kForceNoise of it are none, nor are those below `relative_noise` of the largest guard so far.
   void Pass(int g, const StagePlaces& places, const Values& values, double relative_noise);
-  /// Behind a transition: guards that are not in this set are no longer followed.
-  void Keep(const ConstraintSet& guards) {
-    for (std::size_t g = 0; g < ways_.size(); ++g) {
-      if (!guards.Contains(static_cast<int>(g))) ways_[g] = Way::kNone;
+  /// An arc begins. Guards that are not in this set are no longer followed.
+  void BeginArc(const ConstraintSet& guards) {
+    for (std::size_t g = 0; g < guards_.size(); ++g) {
+      guards_[g].begins = true;
+      if (!guards.Contains(static_cast<int>(g))) guards_[g].way = Way::kNone;
     }
   }
 
   double lowest() const { return lowest_; }
 
  private:
-  enum class Way : unsigned char { kNone, kRises, kFalls };
+  enum class Way { kNone, kRises, kFalls };  // the first: not followed
+  struct Guard {
+    Way way = Way::kNone;
+    bool begins = true;  // the next step is the first of its arc
+    double extreme = 0;  // the lowest since it falls, or the highest since it rises
+  };
 
-  std::vector<Way> ways_;  // of a guard that is followed [guards]
-  Vector extreme_;         // the lowest since a guard falls, or the highest since it rises [guards]
-  double largest_ = 0;     // that a guard of any step began with
+  std::vector<Guard> guards_;
+  double largest_ = 0;  // that a guard of any step began with
   double lowest_ = std::numeric_limits<double>::infinity();
 };
 
