@@ -9,7 +9,8 @@ import contact_flow as cf
 from schedules import draw_grid, driven
 from trial import Trial
 
-INSTANTS = 1500  # of an arc
+INSTANTS, EDGE = 1500, 60  # of an arc, and more of them towards where it begins, as parts of its length
+PLACES = np.unique(np.concatenate([np.linspace(1e-9, 1 - 1e-9, INSTANTS), np.geomspace(1e-9, 1 / INSTANTS, EDGE)]))
 SHORT = 1e-9  # arcs that are hardly seen [s]
 ABOVE, BELOW = 0.1, 0.5  # how near the margins are asked to be: where much varies, a lower bound is told
 CHOICES: List[Dict[str, Any]] = [
@@ -56,22 +57,22 @@ def guards(robot: cf.Robot, run: Any) -> Iterator[Dict[Tuple[str, int], np.ndarr
         if length < SHORT:
             yield {(kind, i): np.array([]) for i, kind in enumerate(kinds)}
             continue
-        instants = np.linspace(arc.t_begin, arc.t_end, INSTANTS)
-        instants[[0, -1]] += np.array([1, -1]) * 1e-9 * length
+        instants = arc.t_begin + length * PLACES
         values = {"gap": np.array([robot.gaps(x[:nq]) for x in run.x(instants)]),
                   "force": np.array([run.force(t)[:count] for t in instants])}
         yield {(kind, i): values[kind][:, i] for i, kind in enumerate(kinds)}
 
 
-def seen(robot: cf.Robot, run: Any, tolerance: float) -> Seen:
-    """All minima of each kind."""
+def seen(arcs: List[Dict[Tuple[str, int], np.ndarray]], tolerance: Optional[float]) -> Seen:
+    """All minima of each kind, however shallow where no tolerance is given."""
     found: Seen = {"gap": [], "force": []}
     minima: Dict[Tuple[str, int], Minimum] = {}
-    for arc in guards(robot, run):
+    for arc in arcs:
         minima = {key: minimum for key, minimum in minima.items() if key in arc}
         for key, values in arc.items():
             for value in values:
-                minimum = minima.setdefault(key, Minimum(value, change(key[0], tolerance), 10 * tolerance)).add(value)
+                part, error = (0.0, 0.0) if tolerance is None else (change(key[0], tolerance), 10 * tolerance)
+                minimum = minima.setdefault(key, Minimum(value, part, error)).add(value)
                 found[key[0]] += [] if minimum is None else [minimum]
     return found
 
@@ -86,14 +87,16 @@ def hold(trial: Trial, robot: cf.Robot, grid: Optional[cf.Grid], options: Dict[s
         trial.verdict.counts["margins: cones, or no run"] += 1  # of what sticks the cone is the guard
         return
     told = {"gap": run.margins.gap, "force": run.margins.force}
-    for kind, minima in seen(robot, run, tolerance).items():
-        lowest = min([value for value in minima if value > least(kind, tolerance)], default=np.inf)
-        at_most = (1 + ABOVE) * lowest + least(kind, tolerance)
-        trial.verdict.weigh(f"margin of {kind}", bool(told[kind] <= at_most),
+    arcs = list(guards(robot, run))
+    deep, all_of_them = seen(arcs, tolerance), seen(arcs, None)
+    for kind in ("gap", "force"):
+        floor = least(kind, tolerance)
+        lowest = min([value for value in deep[kind] if value > floor], default=np.inf)
+        trial.verdict.weigh(f"margin of {kind}", bool(told[kind] <= (1 + ABOVE) * lowest + floor),
                             f"{word}: {told[kind]:.6g}, where it comes to {lowest:.6g}")
-        if told[kind] > least(kind, tolerance) and all(arc.t_end - arc.t_begin >= SHORT for arc in run.arcs):
-            at_least = (1 - BELOW) * lowest - least(kind, tolerance)
-            trial.verdict.weigh(f"margin of {kind} that is seen", bool(told[kind] >= at_least or told[kind] == lowest),
+        if floor < told[kind] < np.inf and all(arc.t_end - arc.t_begin >= SHORT for arc in run.arcs):
+            lowest = min([value for value in all_of_them[kind] if value > floor], default=np.inf)
+            trial.verdict.weigh(f"margin of {kind} that is seen", bool(told[kind] >= (1 - BELOW) * lowest - floor),
                                 f"{word}: {told[kind]:.6g}, where it comes to {lowest:.6g} only")
 
 
