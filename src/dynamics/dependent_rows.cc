@@ -21,6 +21,9 @@ constexpr double kFar = 10;
 constexpr double kNoPart = 1e-8;
 /// A margin below this part of the force leaves no room.
 constexpr double kNoRoom = 1e-9;
+/// The first row is taken of those with this part of what is left of any: rounding of rows that are
+/// alike does not decide which of them are.
+constexpr double kAlmostMost = 0.5;
 /// Rows are dependent below this eigenvalue of their normalized Gram matrix.
 constexpr double kDependentForce = 1e-11;
 
@@ -87,12 +90,13 @@ RowBasis FindRowBasis(const Matrix& G) {
   Matrix left = unit.asDiagonal() * G * unit.asDiagonal();
   std::vector<bool> chosen(static_cast<std::size_t>(k), false);
   for (int count = 0; count < k; ++count) {
-    int next = -1;
+    double most = 0;
     for (int i = 0; i < k; ++i) {
-      if (chosen[static_cast<std::size_t>(i)] || !(left(i, i) > kDependentRow)) continue;
-      if (next < 0 || left(i, i) > left(next, next)) next = i;
+      if (!chosen[static_cast<std::size_t>(i)]) most = std::max(most, left(i, i));
     }
-    if (next < 0) break;
+    if (!(most > kDependentRow)) break;
+    int next = 0;
+    while (chosen[static_cast<std::size_t>(next)] || left(next, next) < kAlmostMost * most) ++next;
     chosen[static_cast<std::size_t>(next)] = true;
     const Vector column = left.col(next) / std::sqrt(left(next, next));
     left -= column * column.transpose();
