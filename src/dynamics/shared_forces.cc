@@ -29,6 +29,8 @@ constexpr double kNoSharedPart = 1e-7, kNoSharedPush = 1e-6;
 constexpr double kLargePush = 100;
 /// A pull of springs that is rounding, relative.
 constexpr double kNoPull = 1e-12;
+/// What springs push out of their cones by is rounding below this, relative.
+constexpr double kOutOfCone = 1e-9;
 
 /// Of the shared contacts, in the multipliers of the `active` rows.
 std::vector<ForceCone> SharedCones(const MechanicalSystem& system, const ContactMode& mode,
@@ -114,6 +116,8 @@ Matrix ShareAsSprings(const Matrix& G, const Matrix& H, const Vector& unit, cons
     if (others.size() == 0) break;  // no share pushes alone
     inverse = std::move(others);
   }
+  const Vector force = inverse * right;
+  if (LeastSlack(cones, force) < -kOutOfCone * force.cwiseAbs().maxCoeff()) return {};
   return inverse;
 }
 

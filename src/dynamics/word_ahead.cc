@@ -20,6 +20,8 @@ constexpr double kSameMotionAhead = 1e-8;
 /// What inequalities of a word may miss, relative: springs that are not infinitely stiff begin to
 /// slip too late.
 constexpr double kMissedAhead = 1e-9;
+/// A slip goes on that keeps this part of its speed, in its direction.
+constexpr double kPartOfSlip = 0.5;
 
 /// The only word at x.
 std::optional<WordAhead> OnlyWord(ContactDynamics* dynamics, const Vector& x,
@@ -50,7 +52,7 @@ std::optional<WordAhead> OnlyWord(ContactDynamics* dynamics, const Vector& x,
 
 std::optional<WordAhead> FindWordAhead(ContactDynamics* dynamics, const Vector& x,
                                        const TouchingContacts& touching, const ContactMode& along,
-                                       double border) {
+                                       double border, bool ends) {
   const MechanicalSystem& system = dynamics->system();
   const int d = system.dof();
   const Vector field = dynamics->Field(x, along).head(2 * d);
@@ -59,9 +61,32 @@ std::optional<WordAhead> FindWordAhead(ContactDynamics* dynamics, const Vector& 
     const Vector later = system.Perturb(x, part * time * field);
     if (!later.allFinite()) break;
     std::optional<WordAhead> word = OnlyWord(dynamics, later, touching, border);
-    if (word) return word;
+    if (word && !(ends && word->mode == along)) return word;
   }
   return std::nullopt;
+}
+
+bool SpringsLetGo(ContactDynamics* dynamics, const Vector& x, const ContactMode& mode) {
+  const MechanicalSystem& system = dynamics->system();
+  const int nq = system.num_positions(), d = system.dof();
+  const Vector field = dynamics->Field(x, mode).head(2 * d);
+  if (dynamics->springs().Empty()) return false;
+  const double ahead = kTimesAhead[0] * TimeToMove(system.space(), x, field);
+  const Vector later = system.Perturb(x, ahead * field);
+  dynamics->Evaluate(later, mode);
+  if (dynamics->acceleration().allFinite()) return false;
+  ConstraintTerms terms;
+  system.Constraints(x.head(nq), x.tail(d), &terms);
+  const Vector now = terms.jacobian * x.tail(d);
+  system.Constraints(later.head(nq), later.tail(d), &terms);
+  const Vector then = terms.jacobian * later.tail(d);
+  for (int i : mode - mode.Sticking()) {
+    const Friction& friction = system.friction()[i];
+    const auto slip = now.segment(friction.row, friction.dimension);
+    const double kept = then.segment(friction.row, friction.dimension).dot(slip);
+    if (!(kept >= kPartOfSlip * slip.squaredNorm())) return false;
+  }
+  return true;
 }
 
 }  // namespace contact_flow

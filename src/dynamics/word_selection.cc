@@ -21,10 +21,9 @@
 namespace contact_flow {
 namespace {
 
-/// A look ahead moves the state by this part of its size.
-constexpr double kAhead = 1e-6;
-/// A slip that begins in space, for its direction [m/s].
-constexpr double kBegun = 1e-9;
+/// A look ahead moves the state by this part of its size; a slip that begins in space is so fast
+/// there, for its direction [m/s].
+constexpr double kAhead = 1e-6, kBegun = 1e-9;
 /// Inequalities with more than this slack, relative, hold for a while.
 constexpr double kStrict = 1e-7;
 /// What shrinks by so many roundings is no rounding of forces that are larger than their sum.
@@ -90,11 +89,14 @@ class Words {
                  "' the motion depends on how forces are shared");
     }
     if (all.size() == 1) {
+      const ContactMode only = ModeOf(all.front());
       if (by != nullptr) by->springs = all.front().springs;
       if (Ends(all.front(), border)) return Beyond(all.front(), border, by);
-      if (by == nullptr || !Ends(all.front(), border, true)) return ModeOf(all.front());
-      const auto ahead = FindWordAhead(&dynamics_, x_, touching_, ModeOf(all.front()), border);
-      if (!ahead) return ModeOf(all.front());
+      const bool ends =
+          by != nullptr && (Ends(all.front(), border, true) || SpringsLetGo(&dynamics_, x_, only));
+      if (!ends) return only;
+      const auto ahead = FindWordAhead(&dynamics_, x_, touching_, only, border, true);
+      if (!ahead) return only;
       by->springs = true;
       return ahead->mode;
     }
@@ -209,7 +211,7 @@ class Words {
   /// than words are tried of, one that a look ahead tells.
   ContactMode Beyond(const FrictionSolution& word, double border, WordConventions* by) {
     const auto ahead = Dependent() && by != nullptr
-                           ? FindWordAhead(&dynamics_, x_, touching_, ModeOf(word), border)
+                           ? FindWordAhead(&dynamics_, x_, touching_, ModeOf(word), border, true)
                            : std::nullopt;
     if (ahead) {
       by->springs = true;

@@ -95,7 +95,7 @@ std::map<int, Eigen::Vector2d> OnsetDirections(ContactDynamics* dynamics, const 
     if (!unique) directions.clear();
     ContactMode along = word;
     for (int i : begins) along.Set(i, Letter::kStick);
-    if (const auto ahead = FindWordAhead(dynamics, x, touching, along, border)) {
+    if (const auto ahead = FindWordAhead(dynamics, x, touching, along, border, true)) {
       unique = unique || ahead->mode == word;
       for (std::size_t k = 0; ahead->mode == word && k < problem.contacts.size(); ++k) {
         const int i = frame.constraints()[k];
