@@ -17,6 +17,7 @@ class Draft:
     duration: float
     level: bool = False  # it falls without turning, its joints at rest
     coupled: List[Tuple[str, str, float]] = field(default_factory=list)  # a joint has the other's speed, times the number
+    placed: bool = False  # it begins where it is, above whatever it will touch
 
     def text(self) -> str:
         """The YAML, as JSON, which is YAML, too."""
@@ -24,7 +25,7 @@ class Draft:
 
     def copy(self) -> "Draft":
         """One that shares nothing with it."""
-        return Draft(self.urdf, json.loads(self.text()), self.duration, self.level, self.coupled)
+        return Draft(self.urdf, json.loads(self.text()), self.duration, self.level, self.coupled, self.placed)
 
 
 def _numbers(values: Any) -> str:

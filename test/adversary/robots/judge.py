@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""judge.py FIRST COUNT [SECONDS [trees|machines|linkages] [JUDGE ...]]: holds random robots against runs beside them, which
+"""judge.py FIRST COUNT [SECONDS [trees|machines|linkages|objects] [JUDGE ...]]: holds random robots against runs beside them, which
 know nothing of derivatives, by all judges or by those named."""
 import sys
 import time
@@ -15,6 +15,7 @@ import linkages
 import machines
 import margins
 import methods
+import objects
 import online
 import parameters
 import pieces
@@ -28,7 +29,7 @@ from trial import Trial, Verdict, begin
 JUDGES: Dict[str, Callable[[Trial], None]] = {
     module.__name__: module.judge for module in (laws, directions, parameters, pieces, starts, schedules, returns, symmetries, costs,
                                                methods, online, beside, units, margins)}
-DRAW = {"trees": generate.draw, "machines": machines.draw, "linkages": linkages.draw}
+DRAW = {"trees": generate.draw, "machines": machines.draw, "linkages": linkages.draw, "objects": objects.draw}
 
 
 def main(words: List[str]) -> int:

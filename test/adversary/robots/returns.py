@@ -37,7 +37,11 @@ def judge(trial: Trial) -> None:
         kind = f"{section.kind} {section.sign}"
         returns = robot.poincare(section, horizon=trial.draft.duration, shortest=SHORTEST, tolerance=TOLERANCE,
                                  max_seconds_total=30, **OPTIONS)
-        here = returns()
+        try:
+            here = returns()
+        except cf.BudgetExceeded:
+            verdict.counts[f"return to {kind}: budget"] += 1
+            continue
         verdict.counts[f"return to {kind}: {here.status}"] += 1
         try:
             told = np.append(here.map(w), here.return_time(w))

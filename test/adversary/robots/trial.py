@@ -62,6 +62,13 @@ def error_of(derivative: Any, w: Any) -> np.ndarray:
     return np.asarray(derivative.error(w, max_seconds=DERIVATIVE["max_seconds"]))
 
 
+def _moves(draft: Draft, name: str) -> bool:
+    """Whether a coordinate of this name begins with a speed."""
+    if draft.level:
+        return name != "clock" and not re.search("_w[xyz]$|_angle$", name) if draft.placed else name in ("base_x", "base_y", "base_z")
+    return name != "clock" and "_pad" not in name
+
+
 def lowered(draft: Draft, rng: np.random.Generator) -> Optional[cf.Robot]:
     """The robot with a start whose contacts are above the ground, the lowest by a little; None where it has none."""
     nominal = draft.yaml["nominal"]
@@ -69,12 +76,11 @@ def lowered(draft: Draft, rng: np.random.Generator) -> Optional[cf.Robot]:
         nominal["positions"]["base_z"] = 1.5
     robot = cf.Robot.from_strings(draft.urdf, draft.text())
     for name in robot.velocities:
-        moves = name in ("base_x", "base_y", "base_z") if draft.level else name != "clock" and "_pad" not in name
-        if moves:
+        if _moves(draft, name):
             nominal["velocities"][name] = round(float(rng.normal(0, 0.7)), 4)
     for joint, other, ratio in draft.coupled:
         nominal["velocities"][joint] = ratio * nominal["velocities"][other]
-    if draft.yaml["base"] == "fixed":  # the ground comes to the robot
+    if draft.yaml["base"] == "fixed" and not draft.placed:  # the ground comes to the robot
         gaps = robot.gaps(robot.nominal.x[:robot.num_positions])
         for name, gap in zip(robot.constraints, gaps):
             constraint = draft.yaml["constraints"].get(name, {})
@@ -85,7 +91,7 @@ def lowered(draft: Draft, rng: np.random.Generator) -> Optional[cf.Robot]:
                 constraint["height"] = shift
             elif constraint.get("kind") == "box":
                 constraint["center"][2] += shift
-    else:
+    elif not draft.placed:
         gaps = robot.gaps(robot.nominal.x[:robot.num_positions])
         low = min(gap for name, gap in zip(robot.constraints, gaps) if re.match(r"c\d|foot", name))
         nominal["positions"]["base_z"] = round(float(1.5 - 0.97 * low + rng.uniform(0.01, 0.15)), 4)

@@ -30,6 +30,7 @@ SLIDING = {"rest": (0, 1, 0), "lower": (0, 1, 0), "upper": (0, 1, 0), "limit": (
 TURNING = {"rest": (0, 0, 0), "lower": (0, 0, 0), "upper": (0, 0, 0), "limit": (1, 2, -2), "stall": (1, 2, -2),
            "speed": (0, 0, -1), "stiffness": (1, 2, -2), "damping": (1, 2, -1), "values": (0, 0, 0), "times": (0, 0, 1),
            "blend": (0, 0, 1)}
+BASE = ("base_x", "base_y", "base_z")
 FACTOR = {"times": (0, 0, 1), "blend": (0, 0, 1), "values": (0, 0, 0)}  # of a reference that multiplies
 
 
@@ -61,9 +62,9 @@ class Units:
 
 
 def slides(draft: Draft, name: str) -> bool:
-    """Whether a coordinate of the base, of a load on a bushing, of a sole or of a joint is a length."""
-    loose = re.fullmatch(r"(base|floating_load|planar_load)_[xyz]", name)
-    return loose is not None or "_sole_" in name or f'<joint name="{name}" type="prismatic"' in draft.urdf
+    """Whether a coordinate of the base, of a link that floats or slides in a plane, of a sole or of a joint is a length."""
+    free = name[-2:] in ("_x", "_y", "_z") and re.search(f'<joint name="{name[:-2]}" type="(floating|planar)"', draft.urdf)
+    return name in BASE or bool(free) or "_sole_" in name or f'<joint name="{name}" type="prismatic"' in draft.urdf
 
 
 def urdf_in(units: Units, draft: Draft) -> str:
@@ -127,6 +128,8 @@ def draft_in(units: Units, draft: Draft) -> Draft:
         for part, by_time in (("positions", 0), ("velocities", 1)):
             for joint in gains.get(part, {}):
                 gains[part][joint] *= units.of((0, driven - length_of(draft, joint), by_time))
+    for name in yaml["nominal"].get("inputs", {}):  # forces of slides
+        yaml["nominal"]["inputs"][name] *= units.of((1, 1, -2))
     for part, by_time in (("positions", 0), ("velocities", -1)):
         for joint in yaml["nominal"].get(part, {}):
             yaml["nominal"][part][joint] *= units.of((0, length_of(draft, joint), by_time))
