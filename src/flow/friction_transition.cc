@@ -79,8 +79,8 @@ void FrictionalResolution::Decide() {
   const ConstraintSet before = cluster.mode_before;
   ConstraintSet touching = before | cluster.activated | grazed_;
   for (int i = 0; i < system_.num_constraints(); ++i) {
-    if (std::abs(terms_.gap(i)) > rules_.gap_tolerance) continue;
-    if (std::abs(rate_(i)) <= Rounding(i, v_minus)) touching.Insert(i);
+    if (touching.Contains(i) || std::abs(terms_.gap(i)) > rules_.gap_tolerance) continue;
+    if (std::abs(rate_(i)) <= RestRounding(i, v_minus)) touching.Insert(i);
   }
   implied_ = AddImplied(touching);
   touching = touching | implied_;
@@ -114,7 +114,7 @@ void FrictionalResolution::Decide() {
   const auto low = [&](int i) { return grazed_.Contains(i) ? Low(i) : 0; };
   ConstraintSet rising;
   for (int i : touching - held) {
-    const double rest = std::max({Rounding(i, v_plus), bounced(i) ? 0 : Drift(i), low(i)});
+    const double rest = std::max({RestRounding(i, v_plus), bounced(i) ? 0 : Drift(i), low(i)});
     if (rate(i) > rest) rising.Insert(i);
   }
   still = still | ImpliedStill(system_, cluster.x_minus, touching - rising, still & touching);
@@ -133,18 +133,30 @@ void FrictionalResolution::Decide() {
   TellOfApex((beside & cluster.mode_after) - implied_ - grazed_);
 }
 
+/// What the normal rate of a contact is known to that may rest while others move.
+double FrictionalResolution::RestRounding(int i, const Vector& v) const {
+  const double own = RateRounding(i, v);
+  const auto row = terms_.jacobian.row(i);
+  if (std::abs(row.dot(v)) <= own) return own;
+  const InverseInertia inertia(system_, result_.transition.x_minus.head(nq_), v);
+  const double gain = row.dot(Vector(inertia * Vector(row.transpose())));
+  return std::max(own, kRounding * std::sqrt(gain) * KineticSpeed(inertia.mass(), v));
+}
+
 void FrictionalResolution::FindJumpRounding(ConstraintSet touching, const Vector& jump) {
   const Vector& x = result_.transition.x_minus;
   const InverseInertia inertia(system_, x.head(nq_), x.tail(d_));
   const double speed = KineticSpeed(inertia.mass(), jump);
   jump_rounding_ = Vector::Zero(system_.num_rows());
+  const auto find = [&](int k) {
+    const auto row = terms_.jacobian.row(k);
+    const double gain = row.dot(Vector(inertia * Vector(row.transpose())));
+    jump_rounding_(k) = kRounding * std::sqrt(gain) * speed;
+  };
   for (int i : touching) {
     const Friction& friction = system_.friction()[i];
-    for (int k = friction.row; k < friction.row + friction.dimension; ++k) {
-      const auto row = terms_.jacobian.row(k);
-      const double gain = row.dot(Vector(inertia * Vector(row.transpose())));
-      jump_rounding_(k) = kRounding * std::sqrt(gain) * speed;
-    }
+    find(i);
+    for (int k = friction.row; k < friction.row + friction.dimension; ++k) find(k);
   }
 }
 
@@ -156,7 +168,7 @@ ConstraintSet FrictionalResolution::LeftStill(ConstraintSet contacts, const Vect
     const Friction& friction = system_.friction()[i];
     bool slips = false;
     for (int k = friction.row; k < friction.row + friction.dimension; ++k) {
-      slips = slips || std::abs(terms_.jacobian.row(k).dot(jump)) > SlipRounding(k, v_plus);
+      slips = slips || std::abs(terms_.jacobian.row(k).dot(jump)) > RateRounding(k, v_plus);
     }
     if (!slips) left.Insert(i);
   }

@@ -44,7 +44,7 @@ void FrictionalResolution::DecideInput() {
   const ConstraintSet still = mode.Sticking() | unresolved_;
   for (int i = 0; i < system_.num_constraints(); ++i) {
     const bool touches =
-        std::abs(terms_.gap(i)) <= rules_.gap_tolerance && std::abs(rate_(i)) <= Rounding(i, v);
+        std::abs(terms_.gap(i)) <= rules_.gap_tolerance && std::abs(rate_(i)) <= RestRounding(i, v);
     if (mode.Contains(i) || touches) Sort(i, rate_, v, still, &contacts);
   }
   contacts.before = mode;

@@ -81,11 +81,12 @@ class FrictionalResolution {
   double Rounding(int row, const Vector& v) const {
     return kRounding * terms_.jacobian.row(row).cwiseAbs().dot(v.cwiseAbs());
   }
-  /// Also of what an impact leaves of a slip: beside its jump, in the kinetic metric.
-  double SlipRounding(int row, const Vector& v) const {
+  /// Also of what an impact leaves of a rate: beside its jump, in the kinetic metric.
+  double RateRounding(int row, const Vector& v) const {
     return std::max(Rounding(row, v), jump_rounding_.size() > 0 ? jump_rounding_(row) : 0);
   }
   double SlipRounding(const Friction& friction, const Vector& v) const;
+  double RestRounding(int i, const Vector& v) const;
   void FindJumpRounding(ConstraintSet touching, const Vector& jump);
   ConstraintSet LeftStill(ConstraintSet contacts, const Vector& jump) const;
   /// Speeds up to this are not told from rest.
@@ -159,7 +160,7 @@ class FrictionalResolution {
   ConstraintTerms terms_;
   Vector acceleration_;       // of the gaps, in the mode before [n]
   Vector rate_;               // of all rows
-  Vector jump_rounding_;      // of slips after an impact, by row
+  Vector jump_rounding_;      // of rates after an impact, by row
   ConstraintSet stopped_;     // whose slip ends here
   ConstraintSet grazed_;      // touched without speed
   ConstraintSet implied_;     // brought along by others

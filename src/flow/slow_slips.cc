@@ -22,7 +22,7 @@ constexpr double kDies = 1e-3;
 double FrictionalResolution::SlipRounding(const Friction& friction, const Vector& v) const {
   double rounding = 0;
   for (int k = 0; k < friction.dimension; ++k) {
-    rounding = std::max(rounding, SlipRounding(friction.row + k, v));
+    rounding = std::max(rounding, RateRounding(friction.row + k, v));
   }
   return rounding;
 }

@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A box that a finger pushes over the ground, on four corners: it turns, the finger sticks to its
-// face, and how all share what they bear decides the motion.
+// Boxes that a finger pushes over the ground, which sticks to their face. One turns on four
+// corners, and how all share what they bear decides its motion; one has tipped, and falls back.
 #include <gtest/gtest.h>
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "contact_flow/dynamics/contact_dynamics.h"
 #include "contact_flow/flow/simulate.h"
@@ -97,6 +100,63 @@ TEST(PushedBox, SlipsFromTheFingerWhereSpringsHoldItNoMore) {
     const double now = rate.segment<2>(robot->friction()[kFinger].row).norm();
     EXPECT_GT(now, slip);
     slip = now;
+  }
+}
+
+/// In the plane, with corners in one order or the other.
+std::unique_ptr<RobotSystem> TippingBox(bool reversed) {
+  constexpr char urdf[] = R"(<robot name="tipping_box">
+  <link name="world"/>
+  <link name="box"><inertial><mass value="1.3889"/>
+    <inertia ixx="0.00514512" iyy="0.00715767" izz="0.00572266" ixy="0" ixz="0" iyz="0"/>
+  </inertial></link>
+  <link name="finger"><inertial><mass value="0.917567"/>
+    <inertia ixx="0.001" iyy="0.001" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="box" type="planar"><parent link="world"/><child link="box"/>
+    <origin xyz="0 0 0.1156"/><axis xyz="0 1 0"/></joint>
+  <joint name="finger" type="prismatic"><parent link="world"/><child link="finger"/>
+    <origin xyz="-0.1036 0 0.0749"/><axis xyz="1 0 0"/>
+    <limit lower="-9" upper="9" effort="99" velocity="9"/></joint>
+</robot>)";
+  const std::string near = R"(
+  near: {kind: plane, link: box, point: [-0.0914, 0, -0.0843], friction: 0.632})";
+  const std::string far = R"(
+  far: {kind: plane, link: box, point: [0.0914, 0, -0.0843], friction: 0.632})";
+  const std::string finger = R"(
+  finger: {kind: link_plane, link: finger, radius: 0.01, friction: 0.632,
+           other_link: box, other_point: [-0.0914, 0, 0], normal: [-1, 0, 0]})";
+  const std::string contacts = reversed ? finger + far + near : near + far + finger;
+  return MakeRobot({urdf, "base: fixed\nconstraints:" + contacts + R"(
+efforts:
+  press: {kind: actuator, joint: finger, input: force}
+  damper: {kind: joint_spring, joint: finger, damping: 3.76}
+nominal: {inputs: {force: 17.76}}
+)"});
+}
+
+/// The far corner falls on the ground and the box lies, all rates across the ground are zero but
+/// for rounding of either sign: the near corner goes on to carry, in any order of the contacts.
+TEST(PushedBox, LiesOnTheCornersThatAnImpactLeavesAtRest) {
+  Vector x(8);
+  x << -0.008002547997169316, 0.031274565341442455, -0.0002783142645032162, -0.005799928691349801,
+      0.23439360696945613, 0.2539930640911833, 2.779631174372718, 0.2082021271975682;
+  for (int k = 0; k < 30; ++k) {
+    std::vector<Vector> ends;
+    for (const bool reversed : {false, true}) {
+      const auto robot = TippingBox(reversed);
+      SimulateOptions options;
+      options.relative_tolerance = options.absolute_tolerance = 1e-12;
+      const Trajectory run = Simulate(*robot, x, robot->nominal().u, 0.01, options);
+      ASSERT_TRUE(run.status.ok()) << k << ": " << run.status.message;
+      const int near = reversed ? 2 : 0;
+      EXPECT_TRUE(run.arcs.back().mode.Contains(near)) << k;
+      ContactDynamics dynamics(*robot, robot->nominal().u);
+      dynamics.Evaluate(run.FinalState(), run.arcs.back().mode);
+      EXPECT_GT(dynamics.force()(near), 1) << k;
+      ends.push_back(run.FinalState());
+    }
+    EXPECT_LT((ends[0] - ends[1]).cwiseAbs().maxCoeff(), 1e-10) << k;
+    x.tail(4) *= 1.003;
   }
 }
 

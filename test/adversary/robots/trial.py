@@ -14,6 +14,7 @@ from generate import Draft
 TOLERANCE = 1e-12
 OPTIONS = dict(relative_tolerance=TOLERANCE, absolute_tolerance=TOLERANCE, max_seconds=20)
 DERIVATIVE = dict(tolerance=1e-10, max_seconds=30)
+AT_REST = 1e-3  # times the size of states: what bounces that are made rest change, where there is no derivative
 STEPS = [10.0 ** -k for k in np.arange(3, 8.5, 0.5)]
 
 

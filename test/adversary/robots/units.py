@@ -9,11 +9,10 @@ import numpy as np
 
 import contact_flow as cf
 from generate import Draft
-from trial import DERIVATIVE, OPTIONS, TOLERANCE, Trial, error_of
+from trial import AT_REST, DERIVATIVE, OPTIONS, TOLERANCE, Trial, error_of
 
 NUMBER = re.compile(r"[-+.\deE]+")
 APART = 1e-6  # of states and derivatives, times their size
-AT_REST = 1e-3  # of states where there is no derivative, likewise
 # Exponents of mass, length and time of a key's value; those of an element of a joint are of a joint that slides, and of a
 # joint that turns with a length squared more.
 ELEMENT = {
