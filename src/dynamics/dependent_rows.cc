@@ -95,8 +95,10 @@ RowBasis FindRowBasis(const Matrix& G) {
       if (!chosen[static_cast<std::size_t>(i)]) most = std::max(most, left(i, i));
     }
     if (!(most > kDependentRow)) break;
-    int next = 0;
-    while (chosen[static_cast<std::size_t>(next)] || left(next, next) < kAlmostMost * most) ++next;
+    int next = 0;  // never a row of zeros, of which nothing is a number
+    while (chosen[static_cast<std::size_t>(next)] || !(left(next, next) >= kAlmostMost * most)) {
+      ++next;
+    }
     chosen[static_cast<std::size_t>(next)] = true;
     const Vector column = left.col(next) / std::sqrt(left(next, next));
     left -= column * column.transpose();

@@ -81,7 +81,8 @@ Matrix SpringInverse(const Matrix& G, const Matrix& H, const Vector& units, cons
 }
 
 /// Where forces that are not unique push: those of equal springs in their cones, where the rows
-/// have the right sides `right`; if there are none, without contacts that would pull. `slack` is
+/// have the right sides `right`; if there are none, without contacts that would pull, and empty
+/// where these leave their cones, too. `slack` is
 /// the least of all without cones.
 Matrix ShareAsSprings(const Matrix& G, const Matrix& H, const Vector& unit, const Matrix& rows,
                       const Vector& right, const std::vector<ForceCone>& cones, double* slack) {

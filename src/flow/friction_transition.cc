@@ -21,6 +21,11 @@ constexpr double kPulled = 1e-7;
 /// Slips of one face end at one instant, but for this.
 constexpr double kAlike = 1.01;
 
+/// What the rate of a row is known to beside a motion of this speed, in the kinetic metric.
+double KineticRounding(const InverseInertia& inertia, const Vector& row, double speed) {
+  return kRounding * std::sqrt(row.dot(Vector(inertia * row))) * speed;
+}
+
 }  // namespace
 
 void FrictionalResolution::Collect(int trigger) {
@@ -136,11 +141,10 @@ void FrictionalResolution::Decide() {
 /// What the normal rate of a contact is known to that may rest while others move.
 double FrictionalResolution::RestRounding(int i, const Vector& v) const {
   const double own = RateRounding(i, v);
-  const auto row = terms_.jacobian.row(i);
+  const Vector row = terms_.jacobian.row(i);
   if (std::abs(row.dot(v)) <= own) return own;
   const InverseInertia inertia(system_, result_.transition.x_minus.head(nq_), v);
-  const double gain = row.dot(Vector(inertia * Vector(row.transpose())));
-  return std::max(own, kRounding * std::sqrt(gain) * KineticSpeed(inertia.mass(), v));
+  return std::max(own, KineticRounding(inertia, row, KineticSpeed(inertia.mass(), v)));
 }
 
 void FrictionalResolution::FindJumpRounding(ConstraintSet touching, const Vector& jump) {
@@ -149,9 +153,7 @@ void FrictionalResolution::FindJumpRounding(ConstraintSet touching, const Vector
   const double speed = KineticSpeed(inertia.mass(), jump);
   jump_rounding_ = Vector::Zero(system_.num_rows());
   const auto find = [&](int k) {
-    const auto row = terms_.jacobian.row(k);
-    const double gain = row.dot(Vector(inertia * Vector(row.transpose())));
-    jump_rounding_(k) = kRounding * std::sqrt(gain) * speed;
+    jump_rounding_(k) = KineticRounding(inertia, terms_.jacobian.row(k), speed);
   };
   for (int i : touching) {
     const Friction& friction = system_.friction()[i];

@@ -31,5 +31,16 @@ TEST(RowBasis, IsTheSameWhateverRoundingIs) {
   }
 }
 
+/// What nothing moves is in no basis.
+TEST(RowBasis, LeavesOutARowOfZeros) {
+  Matrix rows = Matrix::Zero(4, 2);
+  rows.row(1) << 3, 4;
+  rows.row(2) << 0, 1;
+  rows.row(3) << 1, 0;
+  const RowBasis basis = FindRowBasis(rows * rows.transpose());
+  EXPECT_EQ(2U, basis.rows.size());
+  for (int row : basis.rows) EXPECT_NE(0, row);
+}
+
 }  // namespace
 }  // namespace contact_flow

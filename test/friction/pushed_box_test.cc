@@ -17,21 +17,29 @@ namespace contact_flow {
 namespace {
 
 constexpr int kFinger = 4;
-constexpr char kUrdf[] = R"(<robot name="pushed_box">
-  <link name="world"/>
-  <link name="box"><inertial><mass value="0.879384"/>
-    <inertia ixx="0.00250882" iyy="0.00295357" izz="0.00114659" ixy="0" ixz="0" iyz="0"/>
-  </inertial></link>
-  <link name="finger"><inertial><mass value="0.399414"/>
-    <inertia ixx="0.001" iyy="0.001" izz="0.001" ixy="0" ixz="0" iyz="0"/>
-  </inertial></link>
-  <joint name="box" type="floating">
-    <parent link="world"/><child link="box"/><origin xyz="0 0 0.1082"/></joint>
-  <joint name="finger" type="prismatic">
-    <parent link="world"/><child link="finger"/>
-    <origin xyz="-0.0899 0 0.0837"/><axis xyz="1 0 0"/>
+
+/// A box on a joint, and a finger on a slide along x.
+std::string BoxAndFinger(const std::string& inertial, const std::string& joint,
+                         const std::string& finger_mass, const std::string& finger_place) {
+  return R"(<robot name="pushed_box"><link name="world"/>
+  <link name="box"><inertial>)" +
+         inertial + R"(</inertial></link>
+  <joint name="box" )" +
+         joint + R"(<parent link="world"/><child link="box"/></joint>
+  <link name="finger"><inertial><mass value=")" +
+         finger_mass + R"("/>
+    <inertia ixx="0.001" iyy="0.001" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial></link>
+  <joint name="finger" type="prismatic"><parent link="world"/><child link="finger"/>
+    <origin xyz=")" +
+         finger_place + R"("/><axis xyz="1 0 0"/>
     <limit lower="-9" upper="9" effort="99" velocity="9"/></joint>
 </robot>)";
+}
+
+constexpr char kTurningBox[] = R"(<mass value="0.879384"/>
+    <inertia ixx="0.00250882" iyy="0.00295357" izz="0.00114659" ixy="0" ixz="0" iyz="0"/>)";
+constexpr char kTippingBox[] = R"(<mass value="1.3889"/>
+    <inertia ixx="0.00514512" iyy="0.00715767" izz="0.00572266" ixy="0" ixz="0" iyz="0"/>)";
 constexpr char kYaml[] = R"(
 base: fixed
 constraints:
@@ -60,7 +68,10 @@ Vector Turning() {
 /// 0.2 ms later nothing of springs holds it any more, though shares that do are admissible. It
 /// slips then; no force was ever out of its cone.
 TEST(PushedBox, SlipsFromTheFingerWhereSpringsHoldItNoMore) {
-  const auto robot = MakeRobot({kUrdf, kYaml});
+  const auto robot =
+      MakeRobot({BoxAndFinger(kTurningBox, R"(type="floating"><origin xyz="0 0 0.1082"/>)",
+                              "0.399414", "-0.0899 0 0.0837"),
+                 kYaml});
   std::vector<Trajectory> runs;
   for (const double tolerance : {1e-10, 1e-12}) {
     SimulateOptions options;
@@ -105,19 +116,9 @@ TEST(PushedBox, SlipsFromTheFingerWhereSpringsHoldItNoMore) {
 
 /// In the plane, with corners in one order or the other.
 std::unique_ptr<RobotSystem> TippingBox(bool reversed) {
-  constexpr char urdf[] = R"(<robot name="tipping_box">
-  <link name="world"/>
-  <link name="box"><inertial><mass value="1.3889"/>
-    <inertia ixx="0.00514512" iyy="0.00715767" izz="0.00572266" ixy="0" ixz="0" iyz="0"/>
-  </inertial></link>
-  <link name="finger"><inertial><mass value="0.917567"/>
-    <inertia ixx="0.001" iyy="0.001" izz="0.001" ixy="0" ixz="0" iyz="0"/></inertial></link>
-  <joint name="box" type="planar"><parent link="world"/><child link="box"/>
-    <origin xyz="0 0 0.1156"/><axis xyz="0 1 0"/></joint>
-  <joint name="finger" type="prismatic"><parent link="world"/><child link="finger"/>
-    <origin xyz="-0.1036 0 0.0749"/><axis xyz="1 0 0"/>
-    <limit lower="-9" upper="9" effort="99" velocity="9"/></joint>
-</robot>)";
+  const std::string urdf =
+      BoxAndFinger(kTippingBox, R"(type="planar"><origin xyz="0 0 0.1156"/><axis xyz="0 1 0"/>)",
+                   "0.917567", "-0.1036 0 0.0749");
   const std::string near = R"(
   near: {kind: plane, link: box, point: [-0.0914, 0, -0.0843], friction: 0.632})";
   const std::string far = R"(

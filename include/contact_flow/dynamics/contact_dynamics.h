@@ -31,10 +31,10 @@ class RowSolver;
 /// inside its cones, with the smallest sum of squares [N²], or the smallest of all where none is
 /// admissible; and shared_margin() tells how far from that. Where v̇ depends on how forces are
 /// shared (such a face slides and turns) they are those of equal springs, infinitely stiff, in
-/// their cones: Zᵀ λ = 0 for all Z with A_Jᵀ Z = 0 inside all; there is no derivative. Holds all
-/// scratch, and the factors of the last few modes: calls do not allocate after the first in each
-/// of these. One object per thread; results are valid until the next call. A singular M, or
-/// A_J M⁻¹ A_Jᵀ without friction, gives NaN (Assumption 3 fails).
+/// their cones: Zᵀ λ = 0 for all Z with A_Jᵀ Z = 0 inside all; there is no derivative, and where no
+/// such λ exists NaN. Holds all scratch, and the factors of the last few modes: calls do not
+/// allocate after the first in each of these. One object per thread; results are valid until the
+/// next call. A singular M, or A_J M⁻¹ A_Jᵀ without friction, gives NaN (Assumption 3 fails).
 class ContactDynamics {
  public:
   ContactDynamics(const MechanicalSystem& system, const VectorRef& u,

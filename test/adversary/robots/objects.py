@@ -25,6 +25,8 @@ class _Scene:
         if rng.random() < 0.3:
             self.law["restitution"] = _number(rng.uniform(0.1, 0.8), 3)
         self.ground = draw_ground(rng, self.planar, self.duration) if rng.random() < 0.3 else {"kind": "plane"}
+        self.level = self.ground["kind"] == "plane" and "normal" not in self.ground
+        self.height = 0.0 if self.level else 0.15  # [m], above which nothing touches the ground
         self.yaml: Yaml = {"base": "fixed", "constraints": {}, "efforts": {},
                            "nominal": {"positions": {}, "velocities": {}, "inputs": {}}}
 
@@ -60,16 +62,22 @@ class _Scene:
         return [[x, y, z], [x, -y, z], [-x, y, z], [-x, -y, z]]
 
 
-def _box(scene: _Scene, name: str, x: float, half: np.ndarray, below: str, height: float) -> None:
-    """A box whose lower corners are above the ground, or above another box, by a little."""
+def _box(scene: _Scene, name: str, x: float, half: np.ndarray) -> None:
+    """A box whose lower corners are above the ground by a little."""
     gap = _number(scene.rng.uniform(0.002, 0.06))
-    scene.free(name, math.exp(scene.rng.uniform(-1.5, 1)), half, [x, 0, height + gap + half[2]])
+    scene.free(name, math.exp(scene.rng.uniform(-1.5, 1)), half, [x, 0, scene.height + gap + half[2]])
     for k, corner in enumerate(scene.corners(half, _number(-half[2]))):
-        if below == "ground":
-            scene.touch(f"{name}_{k}", link=name, point=corner, **scene.ground)
-        else:
-            scene.touch(f"{name}_{k}", kind="link_plane", link=name, point=corner, other_link=below,
-                        other_point=[0, 0, _number(height)], normal=[0, 0, 1])
+        scene.touch(f"{name}_{k}", link=name, point=corner, **scene.ground)
+
+
+def _top(scene: _Scene, name: str, box: str, x: float, z: float) -> None:
+    """One more box, above the upper face of a box, at `z` of that box."""
+    half = scene.rng.uniform(0.03, 0.08, 3).round(4)
+    scene.free(name, math.exp(scene.rng.uniform(-1.5, 0.5)), half,
+               [x, 0, scene.height + 2 * z + 0.07 + half[2] + _number(scene.rng.uniform(0, 0.03))])
+    for k, corner in enumerate(scene.corners(half, -_number(half[2]))):
+        scene.touch(f"{name}_{k}", kind="link_plane", link=name, point=corner, other_link=box,
+                    other_point=[0, 0, _number(z)], normal=[0, 0, 1])
 
 
 def _beside(scene: _Scene, left: str, right: str, reach: float, other: float) -> None:
@@ -105,8 +113,9 @@ def _fingers(scene: _Scene, box: str, x: float, half: np.ndarray) -> None:
                     f"{-side} 0 0", math.exp(rng.uniform(-2, 0)))
         scene.touch(name, kind="link_plane", link=name, point=[0, 0, 0], radius=radius, other_link=box,
                     other_point=[side * face, 0, 0], normal=[side, 0, 0])
+        damping = _number(rng.uniform(0, 8), 2)
         scene.yaml["efforts"][f"press_{name}"] = {"kind": "actuator", "joint": name, "input": f"{name}_force"}
-        scene.yaml["efforts"][f"damper_{name}"] = {"kind": "joint_spring", "joint": name, "damping": _number(rng.uniform(0, 8), 2)}
+        scene.yaml["efforts"][f"damper_{name}"] = {"kind": "joint_spring", "joint": name, "damping": damping}
         scene.yaml["nominal"]["inputs"][f"{name}_force"] = _number(rng.uniform(1, 30), 2)
 
 
@@ -116,7 +125,7 @@ def draw(seed: int) -> Draft:
     scene = _Scene(rng)
     x, last, reach = 0.0, "", 0.0
     for k in range(int(rng.integers(1, 4))):
-        if scene.ground["kind"] == "plane" and "normal" not in scene.ground and rng.random() < 0.3:
+        if scene.level and rng.random() < 0.3:
             radius, name = _number(rng.uniform(0.03, 0.08)), f"ball{k}"
             x += reach + radius + _number(rng.uniform(0.003, 0.05)) if last else 0
             _ball(scene, name, x, radius)
@@ -129,24 +138,17 @@ def draw(seed: int) -> Draft:
             last, reach = name, radius
             continue
         half, name = rng.uniform(0.03, 0.1, 3).round(4), f"box{k}"
-        height = 0.0
         x += reach + float(half[0]) + _number(rng.uniform(0.003, 0.05)) if last else 0
-        if scene.ground["kind"] != "plane" or "normal" in scene.ground:
-            height = 0.15
-        _box(scene, name, x, half, "ground", height)
+        _box(scene, name, x, half)
         if last.startswith("box"):
             _beside(scene, last, name, reach, half[0])
         elif last:
             scene.touch(f"{last}_{name}", kind="link_plane", link=last, point=[0, 0, 0], radius=reach, other_link=name,
                         other_point=[-_number(half[0]), 0, 0], normal=[-1, 0, 0])
         if rng.random() < 0.25:
-            top = rng.uniform(0.03, 0.08, 3).round(4)
-            scene.free(f"top{k}", math.exp(rng.uniform(-1.5, 0.5)), top,
-                       [x, 0, height + 2 * half[2] + 0.07 + top[2] + _number(rng.uniform(0, 0.03))])
-            for j, corner in enumerate(scene.corners(top, -_number(top[2]))):
-                scene.touch(f"top{k}_{j}", kind="link_plane", link=f"top{k}", point=corner, other_link=name,
-                            other_point=[0, 0, _number(half[2])], normal=[0, 0, 1])
+            _top(scene, f"top{k}", name, x, half[2])
         if k == 0 and rng.random() < 0.5:
             _fingers(scene, name, x, half)
         last, reach = name, float(half[0])
-    return Draft(f'<robot name="o">\n{"".join(scene.parts)}</robot>', scene.yaml, scene.duration, bool(rng.random() < 0.6), placed=True)
+    urdf, level = f'<robot name="o">\n{"".join(scene.parts)}</robot>', bool(rng.random() < 0.6)
+    return Draft(urdf, scene.yaml, scene.duration, level, placed=True)

@@ -65,9 +65,11 @@ def error_of(derivative: Any, w: Any) -> np.ndarray:
 
 def _moves(draft: Draft, name: str) -> bool:
     """Whether a coordinate of this name begins with a speed."""
-    if draft.level:
-        return name != "clock" and not re.search("_w[xyz]$|_angle$", name) if draft.placed else name in ("base_x", "base_y", "base_z")
-    return name != "clock" and "_pad" not in name
+    if name == "clock" or "_pad" in name:
+        return False
+    if not draft.level:
+        return True
+    return not re.search("_w[xyz]$|_angle$", name) if draft.placed else name in ("base_x", "base_y", "base_z")
 
 
 def lowered(draft: Draft, rng: np.random.Generator) -> Optional[cf.Robot]:
